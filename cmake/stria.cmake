@@ -1,0 +1,36 @@
+# One small static library per folder: names its sources, links PRIVATE unless a header needs it.
+#   stria_library(stria_fusion SOURCES a.cpp b.cpp PUBLIC stria_host_core PRIVATE stria_geometry)
+function(stria_library name)
+    cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+    add_library(${name} STATIC ${ARG_SOURCES})
+    target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                              $<INSTALL_INTERFACE:include/stria>)
+    target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} stria_warnings)
+    add_library(stria::${name} ALIAS ${name})
+    set_property(GLOBAL APPEND PROPERTY STRIA_LIBRARIES ${name})
+endfunction()
+
+# Headers only: the devices' interfaces.
+function(stria_interface_library name)
+    cmake_parse_arguments(ARG "" "" "PUBLIC" ${ARGN})
+    add_library(${name} INTERFACE)
+    target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                                 $<INSTALL_INTERFACE:include/stria>)
+    target_link_libraries(${name} INTERFACE ${ARG_PUBLIC})
+    add_library(stria::${name} ALIAS ${name})
+    set_property(GLOBAL APPEND PROPERTY STRIA_LIBRARIES ${name})
+endfunction()
+
+# One test program a folder; every TEST in it becomes a ctest of its own.
+#   stria_test(fusion_test SOURCES volume_test.cpp LIBS stria_fusion [LABELS long])
+function(stria_test name)
+    cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBS;LABELS" ${ARGN})
+    add_executable(${name} ${ARG_SOURCES})
+    target_link_libraries(${name} PRIVATE ${ARG_LIBS} stria_warnings GTest::gtest GTest::gtest_main)
+    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+    if(NOT ARG_TIMEOUT)
+        set(ARG_TIMEOUT 300)
+    endif()
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
+                         PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+endfunction()

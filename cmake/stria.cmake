@@ -34,3 +34,36 @@ function(stria_test name)
     gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
                          PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
 endfunction()
+
+if(STRIA_FUZZERS)
+    if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+        message(FATAL_ERROR "STRIA_FUZZERS needs clang: configure with -DCMAKE_CXX_COMPILER=clang++")
+    endif()
+    add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-omit-frame-pointer)
+    add_link_options(-fsanitize=address,undefined)
+endif()
+
+# A fuzz target: SOURCES define LLVMFuzzerTestOneInput. Always a plain program NAME that replays
+# every file of tests/fuzz/corpus/NAME, and a ctest fuzz.NAME that runs it (label "fuzz"; a corpus
+# without files fails). With STRIA_FUZZERS also NAME_libfuzzer, which goes on from that corpus.
+#   stria_fuzz(fuzz_framing SOURCES fuzz_framing.cpp LIBS stria_protocol)
+function(stria_fuzz name)
+    cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
+    if(NOT ARG_TIMEOUT)
+        set(ARG_TIMEOUT 120)
+    endif()
+    add_executable(${name} ${ARG_SOURCES} ${PROJECT_SOURCE_DIR}/tests/fuzz/replay_main.cpp)
+    target_link_libraries(${name} PRIVATE ${ARG_LIBS} stria_warnings)
+    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/fuzz)
+    set_property(GLOBAL APPEND PROPERTY STRIA_FUZZ_TARGETS ${name})
+    add_test(NAME fuzz.${name} COMMAND ${name} ${PROJECT_SOURCE_DIR}/tests/fuzz/corpus/${name})
+    set_tests_properties(fuzz.${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS fuzz)
+    if(STRIA_FUZZERS)
+        add_executable(${name}_libfuzzer ${ARG_SOURCES})
+        target_link_libraries(${name}_libfuzzer PRIVATE ${ARG_LIBS} stria_warnings)
+        target_link_options(${name}_libfuzzer PRIVATE -fsanitize=fuzzer)
+        set_target_properties(${name}_libfuzzer PROPERTIES
+                              RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/fuzz)
+        set_property(GLOBAL APPEND PROPERTY STRIA_LIBFUZZER_TARGETS ${name}_libfuzzer)
+    endif()
+endfunction()

@@ -1,0 +1,61 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "firmware/core/frame.h"
+#include "firmware/core/pulse.h"
+#include "firmware/core/sensor_noise.h"
+
+namespace stria {
+
+/// What counts as a stripe in an image row.
+struct SpatialOptions {
+    double min_snr = 6.0;         ///< fitted amplitude over the noise of the background
+    double min_amplitude_dn = 3;  ///< DN; keeps quantisation steps of dark images out
+    int max_peaks_per_row = 2;    ///< 1..kMaxPulsesPerCell; the strongest are kept
+    double min_width_px = 0.3;    ///< Gaussian standard deviation; below is a hot pixel
+    double max_width_px = 12.0;   ///< above is a shape of the scene, not a stripe
+    double max_misfit = 0.2;      ///< rms residual over amplitude above which it is no stripe
+    int min_run_rows = 1;         ///< peaks with no chain of so many rows through them are dropped
+    int threads = 1;              ///< bands of rows; the result does not depend on it
+    int sequence_step = 1;        ///< analyser: its frames are every so-manieth of the camera
+
+    /// Throws std::invalid_argument naming field, value and bound.
+    void validate() const;
+};
+
+/// Stripe crossings of a frame, row after row, strongest first within a row: maximum-likelihood fit
+/// of a pixel-integrated Gaussian over a constant background. u fractional, v = row; width and
+/// sigma in px; t_ns the row's time; s and ds_dt 0. The background may vary along the row: each
+/// peak has its own, taken from within five widths of it. Rows without a stripe give nothing.
+/// Peaks closer than their widths allow to separate are fitted together and flagged. Saturated
+/// samples count as "at least full scale". Sigma is the square root of the Cramer-Rao bound at the
+/// solution, raised by sqrt(chi-square) where chi-square is significantly above 1.
+std::vector<Pulse> find_peaks(const Frame& frame, const SensorNoise& noise,
+                              const SpatialOptions& options = {});
+
+/// Collects the peaks of a sweep: grid width = frames (k, in the order added), height = rows.
+/// Duplicates and frames that are not later than the last one are ignored and counted.
+class SpatialAnalyser {
+  public:
+    /// @param height  rows of every frame
+    SpatialAnalyser(int height, const SensorNoise& noise, const SpatialOptions& options = {});
+
+    /// Throws std::invalid_argument if the frame has another height.
+    void add(const Frame& frame);
+    /// The map of all frames so far; the analyser is empty afterwards.
+    PulseMap finish();
+    int frames_ignored() const { return frames_ignored_; }
+
+  private:
+    int height_ = 0;
+    SensorNoise noise_;
+    SpatialOptions options_;
+    std::vector<std::vector<Pulse>> peaks_of_frame_;
+    PulseMap counts_;
+    std::optional<std::uint32_t> last_sequence_;
+    TimeNs last_time_ns_ = 0;
+    int frames_ignored_ = 0;
+};
+
+}  // namespace stria

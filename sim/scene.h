@@ -1,0 +1,133 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/core/camera_model.h"
+#include "host/core/image.h"
+#include "host/core/rigid3.h"
+#include "host/core/scanner_model.h"
+#include "host/core/tri_mesh.h"
+
+/// What a simulated scanner is and what stands before it: the content of scene.toml. The scene's
+/// world is the scan frame at s = 0, and every object moves with the part.
+namespace stria {
+
+/// [sensor]: what turns light into digital numbers (DN).
+struct SceneSensor {
+    double full_well_e = 10500;        ///< electrons a pixel holds
+    double read_noise_e = 8;           ///< standard deviation
+    double gain_e_per_dn = 40;         ///< electrons per DN at `bits`
+    int bits = 8;                      ///< 8..16
+    double exposure_us = 1000;         ///< until the camera is configured otherwise
+    double row_time_us = 0;            ///< 0: global shutter
+    double black_dn = 0;               ///< DN of no light
+    double min_frame_period_us = 2000;
+    double pixel_um = 5;               ///< side of a pixel
+    double f_number = 8;               ///< of the lens
+    double quantum_efficiency = 0.5;   ///< electrons per photon
+    bool noise = true;                 ///< false: expected values, still quantised and clipped
+};
+
+/// [axis]: AxisModel holds direction, mirror, table and delay; this is the drive.
+struct SceneAxis {
+    double min = 0, max = 0;  ///< travel, mm or rad
+    double max_speed = 0;     ///< per second
+    double sigma = 0;         ///< standard deviation of a logged position
+    double log_period_us = 500;
+};
+
+enum class SceneShape : std::uint8_t { sphere, plane, mesh };
+
+/// [[object]]: a body. A sphere is centred on its frame. A plane is the rectangle z = 0 from
+/// corner_mm to corner_mm + size_mm, both faces alike. A mesh comes from `file` or from memory; a
+/// vertex attribute "albedo" (1) multiplies its albedo.
+struct SceneObject {
+    std::string name;
+    SceneShape shape = SceneShape::sphere;
+    std::string file;                    ///< mesh; relative to the scene
+    double mm_per_unit = 1;              ///< of the file
+    double radius_mm = 0;                ///< sphere
+    Eigen::Vector2d size_mm{0, 0};       ///< plane
+    Eigen::Vector2d corner_mm{0, 0};     ///< plane; -size / 2 unless the scene says otherwise
+    Rigid3 world_from_object;
+    double albedo = 0.8;                 ///< 0..1
+    double roughness_rad = 0;            ///< Oren-Nayar slope deviation; 0: Lambert
+    bool mirror = false;                 ///< material = "mirror": returns nothing diffuse
+    /// Reflectance image, 0..255 as share of the albedo, laid on the frame's xy plane from the
+    /// plane's corner (other shapes: the frame's origin), x along columns, y along rows, repeated.
+    std::string texture;                 ///< image file, relative to the scene
+    Eigen::Vector2d texture_size_mm{0, 0};
+
+    /// Loaded by read_scene, or set by the caller. Shared because scenes are copied.
+    std::shared_ptr<const TriMesh> mesh;
+    std::shared_ptr<const GreyImage> texture_image;
+};
+
+/// Where one object stands in a view.
+struct ViewPose {
+    std::string object;
+    Rigid3 world_from_object;
+};
+
+/// [[view]]: one placement of the objects. Those without a pose stay where their own says.
+struct SceneView {
+    std::string name;
+    std::vector<ViewPose> poses;      ///< [[view.pose]] object, world_from_object
+    std::vector<std::string> hidden;  ///< objects that are not there
+};
+
+/// [nominal]: how far the design model that the device states differs from the truth, one standard
+/// deviation. The design also knows no lens distortion, bow, non-linearity or delay, and takes the
+/// image's centre for the principal point.
+struct SceneNominal {
+    double rotation_sigma_rad = 0.01;
+    double position_sigma_mm = 1.0;
+    double focal_relative_sigma = 0.01;
+};
+
+/// [fault]: what goes wrong.
+struct SceneFault {
+    double drop_frame_probability = 0;  ///< each frame's chance to be lost (a gap in the sequence)
+    double timing_jitter_us = 0;        ///< standard deviation of a frame's true start about its stamp
+    double interlock_opens_at_s = -1;   ///< device time; negative: never
+    std::int64_t camera_stops_at_frame = -1;  ///< sequence of the first frame never sent; -1: none
+};
+
+struct Scene {
+    std::uint64_t seed = 1;
+    Channel channel;        ///< the true geometry: camera, sheet (as it leaves the laser), axis
+    SceneSensor sensor;
+    double laser_power_mw = 30;  ///< in the sheet, at power 1
+    SceneAxis axis;
+    std::vector<SceneObject> objects;
+    std::vector<SceneView> views;  ///< empty: one, with every object where its own pose says
+    double ambient_level = 0;      ///< share of full scale on albedo 1 at the sensor's exposure_us
+    SceneNominal nominal;
+    SceneFault fault;
+};
+
+/// Reads scene.toml and the files it names. Throws FileError: place, expected, found; an unknown key
+/// names the nearest known one.
+Scene read_scene(const std::string& path);
+/// @param name      stands for the path in errors
+/// @param base_dir  what relative file names start from
+Scene parse_scene(const std::string& text, const std::string& name, const std::string& base_dir);
+/// Text that parse_scene reads back. Meshes and textures from memory must be named by `file` and
+/// `texture`; throws std::invalid_argument if one is not.
+std::string format_scene(const Scene& scene);
+
+/// The scene of `sim:` alone: a swept scanner before a sphere, a plate and a step.
+Scene built_in_scene();
+
+/// Empty if it can be simulated, else what is wrong (field, value, bound).
+std::string validate(const Scene& scene);
+
+/// Number of views, at least 1.
+int view_count(const Scene& scene);
+/// DN that cannot be exceeded: the lower of full well and converter, in electrons.
+double full_scale_e(const SceneSensor& sensor);
+
+}  // namespace stria

@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <string_view>
 
 #include "host/core/image.h"
 
@@ -11,7 +12,11 @@ struct LoadedImage {
     Image<std::uint16_t> pixels;  ///< 1 or 3 channels
     int bits = 8;                 ///< 8 or 16
 };
+/// Throws FileError, also for a file that ends too early or claims a size its bytes cannot hold.
+/// Values stay as stored: no gamma, no colour profile, no Exif rotation.
 LoadedImage read_image(const std::string& path);
+/// The same from memory; `name` stands for the path in errors.
+LoadedImage parse_image(std::string_view bytes, const std::string& name);
 
 enum class ColourChannel { automatic, red, green, blue, grey };
 /// One channel of an image; automatic: the one with the greatest 99.9th percentile above its median
@@ -29,5 +34,6 @@ void write_png(const std::string& path, const Image<std::uint8_t>& image);
 void write_png(const std::string& path, const Grey16Image& image);
 /// A PNG in memory, for pages.
 std::string encode_png(const Image<std::uint8_t>& image);
+std::string encode_png(const Grey16Image& image);
 
 }  // namespace stria

@@ -14,9 +14,10 @@ struct MeshReadOptions {
 };
 
 /// Reads a mesh by its ending, whatever its case: PLY (ascii, both binary orders), OBJ, STL (ascii,
-/// binary; vertices merged exactly), OFF. Polygons are cut into triangle fans. Normals, colours and other scalar vertex properties
-/// become attributes. A file of points alone gives a mesh without triangles.
-/// Throws FileError with place, expected and found; memory is bounded by the file's size.
+/// binary; vertices merged exactly), OFF. Polygons are cut into triangle fans. Normals, colours and
+/// other scalar vertex properties become attributes. A file of points alone gives a mesh without
+/// triangles. Throws FileError with place, expected and found; memory is bounded by the file's
+/// size.
 TriMesh read_mesh(const std::string& path, const MeshReadOptions& options = {});
 
 /// Writes by the ending: PLY (binary little endian), OBJ, STL (binary), OFF, GLB; whole or not at

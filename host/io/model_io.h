@@ -24,8 +24,8 @@ std::string format_scanner(const ScannerModel& model);
 ScanPlan read_plan(const std::string& path);
 std::string format_plan(const ScanPlan& plan);
 
-/// poses.toml; Stanford .conf (bmesh lines, the quaternion conjugated); text files of one 4x4 matrix.
-/// Translations are multiplied by mm_per_unit.
+/// poses.toml; Stanford .conf (bmesh lines, the quaternion conjugated); text files of one 4x4
+/// matrix. Translations are multiplied by mm_per_unit.
 std::vector<ScanPose> read_poses(const std::string& path, double mm_per_unit = 1.0);
 void write_poses(const std::string& path, const std::vector<ScanPose>& poses);
 /// Pose of that scan: matched by path, then by file stem. Throws stria::Error if none or two fit.

@@ -14,8 +14,8 @@ RangeImage read_range_image(const std::string& path, double mm_per_unit = 1.0);
 bool has_range_grid(const std::string& path);
 
 /// Writes the range PLY of FORMATS: vertices float x y z nx ny nz intensity sigma sigma_across
-/// sigma_systematic ex ey ez s, uchar return_index, ushort flags; range_grid; station. Binary little
-/// endian, whole or not at all.
+/// sigma_systematic ex ey ez s, uchar return_index, ushort flags; range_grid; station. Binary
+/// little endian, whole or not at all.
 void write_range_image(const std::string& path, const RangeImage& image);
 
 }  // namespace stria

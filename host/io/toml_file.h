@@ -8,8 +8,8 @@
 namespace stria {
 
 /// One table of a TOML document, read strictly: every key must be asked for, and finish() refuses
-/// what was not, naming the line and the nearest key that was. Errors are FileError with the line.
-/// toml++ stays behind it.
+/// what was not, naming the line and the nearest key that was. Numbers must be finite. Errors are
+/// FileError with the line. toml++ stays behind it.
 class TomlTable {
   public:
     ~TomlTable();

@@ -31,13 +31,13 @@ class Arguments {
 
 /// What every verb has: the common options and where results go.
 struct Context {
-    bool json = false;      ///< --json: one result on stdout, nothing else there
+    bool json = false;  ///< --json: one result on stdout, nothing else there
     bool quiet = false;
-    bool force = false;     ///< overwrite outputs that exist
+    bool force = false;  ///< overwrite outputs that exist
     int threads = 0;
     unsigned seed = 1;
-    std::string unit;       ///< empty: not given; mm
-    std::string program;    ///< path of this program, to start a sibling
+    std::string unit;     ///< empty: not given; mm
+    std::string program;  ///< path of this program, to start a sibling
 
     double mm_per_unit() const;  ///< of --unit, 1 when not given
     /// A line for people: stdout, or stderr with --json; nothing with --quiet.

@@ -3,7 +3,5 @@
 
 #include "host/cli/command.h"
 
-/// One maker a verb, each in its own file verb_NAME.cpp.
-namespace stria {
-
-}  // namespace stria
+/// One maker a verb, each in its own file verb_NAME.cpp; verbs.cpp lists them in --help's order.
+namespace stria {}  // namespace stria

@@ -1,0 +1,236 @@
+#include "host/scan/range_from_pulses.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/core/errors.h"
+#include "host/geometry/parallel.h"
+#include "host/geometry/range_grid.h"
+#include "host/scan/systematic.h"
+
+namespace stria {
+namespace {
+
+struct Candidate {
+    const Pulse* pulse = nullptr;
+    Triangulation hit;
+    double width_ratio = 1;  ///< measured over expected
+};
+
+/// Speed of the sheet (mm per unit of s, across itself) over the point that pulse and ray fix.
+double sheet_speed(const Channel& channel, const Triangulation& hit, double s) {
+    // The point moves with d_point_d_s along its ray while it stays on the sheet; its component
+    // across the sheet is how fast the sheet sweeps over a fixed surface point.
+    const Rigid3 scan = scan_from_camera(channel, s);
+    const Eigen::Vector3d n = scan.rotation * sheet_at(channel, s).normal;
+    return std::abs(n.dot(hit.d_point_d_s));
+}
+
+double expected_width(const PulseMap& map, const Channel& channel, const Pulse& pulse,
+                      const Triangulation& hit) {
+    const LaserSheet sheet = sheet_at(channel, pulse.s);
+    const Eigen::Vector3d in_camera =
+        scan_from_camera(channel, pulse.s).inverse() * hit.point_in_scan;
+    const double sigma_mm = sigma_at(sheet, in_camera);
+    if (map.mode == StripeMode::spacetime)
+        return 1e9 * sigma_mm / (sheet_speed(channel, hit, pulse.s) * std::abs(pulse.ds_dt));
+    return 0;  // a spatial width depends on the surface's tilt: nothing to compare with
+}
+
+bool inside(const ValidVolume& volume, const Eigen::Vector3d& point) {
+    return (point.array() >= volume.min.array()).all() &&
+           (point.array() <= volume.max.array()).all();
+}
+
+constexpr std::uint16_t kDoubtful =
+    kPulseOverlapping | kPulseGhostSuspected | kPulseWidthOutOfRange | kPulseTouchesSequenceEnd;
+
+/// Without warnings first, then the strongest.
+bool better(const Candidate& a, const Candidate& b) {
+    const bool doubt_a = (a.pulse->flags & kDoubtful) != 0;
+    const bool doubt_b = (b.pulse->flags & kDoubtful) != 0;
+    if (doubt_a != doubt_b) return doubt_b;
+    return a.pulse->amplitude > b.pulse->amplitude;
+}
+
+RangePoint make_point(const PulseMap& map, const Candidate& candidate,
+                      const RangeOptions& options) {
+    const Pulse& pulse = *candidate.pulse;
+    const Triangulation& hit = candidate.hit;
+    RangePoint point;
+    point.position = hit.point_in_scan;
+    point.intensity = pulse.amplitude;
+    point.s = pulse.s;
+    point.flags = pulse.flags;
+    Eigen::Vector3d direction = hit.ray_in_scan;
+    double along_mm = 0;
+    if (map.mode == StripeMode::spacetime) {
+        const double sigma_s = std::hypot(pulse.sigma * 1e-9 * pulse.ds_dt, options.axis_sigma_s);
+        along_mm = hit.d_point_d_s.norm() * sigma_s;
+    } else {
+        direction = hit.d_point_d_u.normalized();
+        if (direction.dot(hit.ray_in_scan) < 0) direction = -direction;
+        const Eigen::Vector3d by_axis = hit.d_point_d_s * options.axis_sigma_s;
+        const double axis_along = by_axis.dot(direction);
+        along_mm = std::hypot(hit.d_point_d_u.norm() * pulse.sigma, axis_along);
+        point.sigma_across_mm = static_cast<float>((by_axis - axis_along * direction).norm());
+    }
+    point.error_direction = direction.cast<float>();
+    point.sigma_mm = static_cast<float>(along_mm);
+    return point;
+}
+
+template <typename Get>
+double median_of(const RangeImage& image, Get get) {
+    std::vector<double> values;
+    for (std::size_t i = 0; i < image.cell_count(); ++i)
+        if (image.mask[i]) values.push_back(get(image.points[i]));
+    if (values.empty()) return 0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// Stations spread over the sweep, close enough for linear interpolation to hold.
+std::vector<Station> make_stations(const Channel& channel, double from, double to) {
+    const double span = to - from;
+    int count = 2;
+    if (channel.axis.kind == MachineKind::swept) count = 9;
+    if (channel.axis.kind == MachineKind::turntable)
+        count = 2 + static_cast<int>(std::ceil(span / 0.01));  // 0.01 rad: sagitta 1e-5 of radius
+    std::vector<Station> stations;
+    for (int i = 0; i < count; ++i) {
+        const double s = from + span * i / (count - 1);
+        const Rigid3 scan = scan_from_camera(channel, s);
+        stations.push_back({s, scan.translation, scan * sheet_at(channel, s).apex});
+        if (!(span > 0)) break;
+    }
+    return stations;
+}
+
+void add_systematic(RangeImage& image, const std::vector<Eigen::Vector2f>& pixels,
+                    const ScannerModel& model, const Channel& channel, int keep) {
+    std::vector<ScanSample> samples;
+    const std::size_t stride = std::max<std::size_t>(1, valid_count(image) / 1500);
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < image.cell_count(); ++i)
+        if (image.mask[i] && seen++ % stride == 0)
+            samples.push_back({pixels[i].cast<double>(), image.points[i].s,
+                               image.points[i].error_direction.cast<double>()});
+    const SystematicErrors errors(model, channel, samples);
+    if (errors.mode_count() == 0) return;
+    image.sensitivity_count = std::min(keep, errors.mode_count());
+    const auto kept = static_cast<std::size_t>(image.sensitivity_count);
+    image.sensitivity.assign(image.cell_count() * kept, 0.0F);
+    parallel_for_blocks(image.cell_count(), 16384, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (!image.mask[i]) continue;
+            const Eigen::VectorXd moves =
+                errors.displacements(pixels[i].cast<double>(), image.points[i].s);
+            image.points[i].sigma_systematic_mm = static_cast<float>(moves.norm());
+            for (std::size_t k = 0; k < kept; ++k)
+                image.sensitivity[i * kept + k] =
+                    static_cast<float>(moves[static_cast<Eigen::Index>(k)]);
+        }
+    });
+}
+
+/// Candidates of every cell, with the counts of what was refused.
+std::vector<std::vector<Candidate>> triangulate_all(const PulseMap& map, const ScannerModel& model,
+                                                    const RangeOptions& options,
+                                                    RangeStatistics& statistics) {
+    const std::size_t cells = map.cell_begin.size() - 1;
+    constexpr std::size_t kGrain = 8192;
+    std::vector<std::vector<Candidate>> found(cells);
+    std::vector<RangeStatistics> parts((cells + kGrain - 1) / kGrain);
+    parallel_for_blocks(cells, kGrain, [&](std::size_t begin, std::size_t end) {
+        RangeStatistics& part = parts[begin / kGrain];
+        for (std::size_t i = begin; i < end; ++i)
+            for (std::uint32_t k = map.cell_begin[i]; k < map.cell_begin[i + 1]; ++k) {
+                const Pulse& pulse = map.pulses[k];
+                const Channel* channel = find_channel(model, map.camera_id, pulse.laser_id);
+                if (!channel) continue;
+                const auto hit = triangulate(*channel, {pulse.u, pulse.v}, pulse.s);
+                if (!hit) {
+                    ++part.no_intersection;
+                    continue;
+                }
+                if (!options.keep_outside_volume && !model.volume.is_empty() &&
+                    !inside(model.volume, hit->point_in_scan)) {
+                    ++part.outside_volume;
+                    continue;
+                }
+                const double width = expected_width(map, *channel, pulse, *hit);
+                found[i].push_back({&pulse, *hit, width > 0 ? pulse.width / width : 1.0});
+            }
+    });
+    for (const RangeStatistics& part : parts) {
+        statistics.no_intersection += part.no_intersection;
+        statistics.outside_volume += part.outside_volume;
+    }
+    return found;
+}
+
+double median_width_ratio(const std::vector<std::vector<Candidate>>& found) {
+    std::vector<double> ratios;
+    for (const auto& cell : found)
+        for (const Candidate& candidate : cell) ratios.push_back(candidate.width_ratio);
+    if (ratios.empty()) return 1.0;
+    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+    std::nth_element(ratios.begin(), middle, ratios.end());
+    return *middle;
+}
+
+}  // namespace
+
+RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
+                              const RangeOptions& options) {
+    RangeResult result;
+    RangeStatistics& statistics = result.statistics;
+    statistics.pulses = pulses.pulses.size();
+    for (const Pulse& pulse : pulses.pulses)
+        if (!find_channel(model, pulses.camera_id, pulse.laser_id))
+            throw Error("the scanner model has no channel for camera " +
+                        std::to_string(pulses.camera_id) + " and laser " +
+                        std::to_string(pulse.laser_id) + ", which this sweep used");
+
+    auto found = triangulate_all(pulses, model, options, statistics);
+    const double usual = median_width_ratio(found);
+    RangeImage& image = result.image;
+    image = make_range_image(pulses.width, pulses.height);
+    std::vector<Eigen::Vector2f> pixels(image.cell_count(), Eigen::Vector2f::Zero());
+    double from = 1e300, to = -1e300;
+    const Channel* channel = model.channels.empty() ? nullptr : &model.channels.front();
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        auto& cell = found[i];
+        statistics.wrong_width += std::erase_if(cell, [&](const Candidate& candidate) {
+            const double ratio = candidate.width_ratio / usual;
+            return ratio < options.min_width_ratio || ratio > options.max_width_ratio;
+        });
+        if (cell.empty()) continue;
+        if (cell.size() > 1) ++statistics.cells_with_choice;
+        std::stable_sort(cell.begin(), cell.end(), better);
+        image.mask[i] = 1;
+        image.points[i] = make_point(pulses, cell.front(), options);
+        pixels[i] = {cell.front().pulse->u, cell.front().pulse->v};
+        from = std::min(from, cell.front().pulse->s);
+        to = std::max(to, cell.front().pulse->s);
+        for (std::size_t k = 1; k < cell.size(); ++k)
+            image.further.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint8_t>(k),
+                                     make_point(pulses, cell[k], options)});
+        channel = find_channel(model, pulses.camera_id, cell.front().pulse->laser_id);
+        ++statistics.points;
+    }
+    if (channel) image.kind = channel->axis.kind;
+    if (statistics.points > 0) {
+        image.stations = make_stations(*channel, from, to);
+        compute_normals(image, range_triangles(image));
+        add_systematic(image, pixels, model, *channel, options.sensitivity_count);
+    }
+    statistics.median_sigma_mm = median_of(image, [](const RangePoint& p) { return p.sigma_mm; });
+    statistics.median_systematic_mm =
+        median_of(image, [](const RangePoint& p) { return p.sigma_systematic_mm; });
+    return result;
+}
+
+}  // namespace stria

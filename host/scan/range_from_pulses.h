@@ -1,0 +1,53 @@
+#pragma once
+#include <cstddef>
+#include <string>
+
+#include "firmware/core/pulse.h"
+#include "host/core/range_image.h"
+#include "host/core/scanner_model.h"
+
+namespace stria {
+
+struct RangeOptions {
+    /// Standard deviation of the axis position (mm or rad) that the log states; adds to each
+    /// point's random sigma.
+    double axis_sigma_s = 0;
+    /// A pulse whose width differs from what the beam can be by more than these factors is mixed
+    /// from two surfaces or a ghost: rejected. Measured against the scan's own median ratio, since
+    /// the stated waist is a design value. accuracy.md A.1, multi-peak handling.
+    double min_width_ratio = 0.7;
+    double max_width_ratio = 1.4;
+    /// Points outside the model's valid volume are rejected where the model states one.
+    bool keep_outside_volume = false;
+    /// Leading calibration errors kept for each point.
+    int sensitivity_count = 4;
+};
+
+/// What became of the pulses.
+struct RangeStatistics {
+    std::size_t pulses = 0;
+    std::size_t no_intersection = 0;  ///< the ray misses or grazes the sheet
+    std::size_t outside_volume = 0;
+    std::size_t wrong_width = 0;
+    std::size_t cells_with_choice = 0;  ///< cells where more than one pulse was possible
+    std::size_t points = 0;             ///< cells with a point
+    double median_sigma_mm = 0;
+    double median_systematic_mm = 0;
+};
+
+struct RangeResult {
+    RangeImage image;
+    RangeStatistics statistics;
+};
+
+/// Range image of a sweep: every pulse's ray meets the sheet at its s (DESIGN, "One model for every
+/// scanner"). The pulses' s and ds_dt must be assigned. Of several possible pulses in a cell the
+/// one without warnings, then the strongest, becomes the point; the others become further returns.
+/// sigma_mm is the pulse's own sigma carried through the geometry: along the camera ray for
+/// spacetime pulses, inside the sheet for spatial peaks. sigma_systematic_mm is the model's
+/// covariance carried through, the rigid motion common to all points removed.
+/// Throws stria::Error if the model has no channel for the map's camera and laser.
+RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
+                              const RangeOptions& options = {});
+
+}  // namespace stria

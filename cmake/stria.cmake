@@ -5,8 +5,9 @@ function(stria_library name)
     add_library(${name} STATIC ${ARG_SOURCES})
     target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
                                               $<INSTALL_INTERFACE:include/stria>)
-    target_link_libraries(${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} stria_warnings)
-    add_library(stria::${name} ALIAS ${name})
+    target_compile_features(${name} PUBLIC cxx_std_20)
+    target_link_libraries(${name} PUBLIC ${ARG_PUBLIC}
+                                  PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:stria_warnings>)
     set_property(GLOBAL APPEND PROPERTY STRIA_LIBRARIES ${name})
 endfunction()
 
@@ -16,8 +17,8 @@ function(stria_interface_library name)
     add_library(${name} INTERFACE)
     target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
                                                  $<INSTALL_INTERFACE:include/stria>)
+    target_compile_features(${name} INTERFACE cxx_std_20)
     target_link_libraries(${name} INTERFACE ${ARG_PUBLIC})
-    add_library(stria::${name} ALIAS ${name})
     set_property(GLOBAL APPEND PROPERTY STRIA_LIBRARIES ${name})
 endfunction()
 

@@ -12,7 +12,7 @@ namespace stria::structure {
 namespace {
 
 /// First prefix that a header's name begins with names its group.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 59> kGroups = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 60> kGroups = {{
     {"Eigen/", "eigen"},
     {"ceres/", "ceres"},
     {"glog/", "ceres"},
@@ -31,7 +31,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 59> kGroups 
     {"zstd", "zstd"},
     {"tbb/", "tbb"},
     {"oneapi/tbb", "tbb"},
-    {"hwy/", "hwy"},
+    {"hwy/", "simd"},
+    {"nmmintrin.h", "simd"},
     {"libusb-1.0/", "libusb"},
     {"libusb.h", "libusb"},
     {"gpiod.h", "gpiod"},

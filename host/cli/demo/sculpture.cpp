@@ -129,12 +129,18 @@ std::vector<Eigen::Vector2d> cup_profile() {
     return profile;
 }
 
+const Vector3d kBodyCentre(0, -4, 0), kBodyRadii(38, 54, 33);
+constexpr double kReliefRad = 0.55;  // radius of the patch
+
+double from_relief_centre(const Vector3d& direction) {
+    return std::acos(std::clamp(direction.dot(Vector3d(0.2, 0.1, 1).normalized()), -1.0, 1.0));
+}
+bool in_relief(const Vector3d& direction) { return from_relief_centre(direction) < kReliefRad; }
+
 /// Fine relief on the body's front: ripples that fade out at the patch's border.
 double relief_mm(const Vector3d& direction) {
-    const double away =
-        std::acos(std::clamp(direction.dot(Vector3d(0.2, 0.1, 1).normalized()), -1.0, 1.0));
-    if (away > 0.55) return 0;
-    const double fade = 0.5 + 0.5 * std::cos(kPi * away / 0.55);
+    if (!in_relief(direction)) return 0;
+    const double fade = 0.5 + 0.5 * std::cos(kPi * from_relief_centre(direction) / kReliefRad);
     return 0.5 * fade * std::sin(direction.x() * 42) * std::sin(direction.y() * 34);
 }
 
@@ -153,33 +159,39 @@ Rigid3 placed(const Vector3d& turn, const Vector3d& at) { return {rotation_from_
 std::vector<SculpturePart> make_sculpture() {
     const auto none = [](const Vector3d&) { return 0.0; };
     std::vector<SculpturePart> parts;
-    parts.push_back({"plinth", box({52, 11, 38}, placed({0, 0.15, 0}, {0, -60, 0})), false});
-    parts.push_back({"body", ellipsoid({0, -4, 0}, {38, 54, 33}, relief_mm), false});
-    parts.push_back({"ball", ellipsoid({-46, -32, 8}, {19, 19, 19}, none), true});
-    parts.push_back({"ring", torus(placed({0, 0.3, 0}, {-42, 20, 0}), 19, 6), true});
-    parts.push_back({"cup", revolved({2, 42, -2}, cup_profile()), false});
-    parts.push_back({"wall", box({20, 22, 1.0}, placed({0, -0.4, 0}, {50, 12, 4})), false});
-    parts.push_back({"wedge", box({14, 14, 14}, placed({0.5, 0.3, 0.6}, {38, -44, 20})), false});
+    parts.push_back({"plinth", box({52, 11, 38}, placed({0, 0.15, 0}, {0, -60, 0}))});
+    parts.push_back({"body", ellipsoid(kBodyCentre, kBodyRadii, relief_mm)});
+    parts.push_back({"ball", ellipsoid({-46, -32, 8}, {19, 19, 19}, none)});
+    parts.push_back({"ring", torus(placed({0, 0.3, 0}, {-42, 20, 0}), 19, 6)});
+    parts.push_back({"cup", revolved({2, 42, -2}, cup_profile())});
+    parts.push_back({"wall", box({20, 22, 1.0}, placed({0, -0.4, 0}, {50, 12, 4}))});
+    parts.push_back({"wedge", box({14, 14, 14}, placed({0.5, 0.3, 0.6}, {38, -44, 20}))});
     for (SculpturePart& part : parts) {
-        VertexAttribute albedo{"albedo", 1, {}};
-        for (const Vector3d& p : part.mesh.positions) albedo.values.push_back(pattern(p));
-        part.mesh.attributes.push_back(std::move(albedo));
+        VertexAttribute albedo{"albedo", 1, {}}, relief{"relief", 1, {}};
+        for (const Vector3d& p : part.mesh.positions) {
+            albedo.values.push_back(pattern(p));
+            const Vector3d direction = (p - kBodyCentre).cwiseQuotient(kBodyRadii).normalized();
+            relief.values.push_back(part.name == "body" && in_relief(direction) ? 1.0F : 0.0F);
+        }
+        part.mesh.attributes = {std::move(albedo), std::move(relief)};
     }
     return parts;
 }
 
 TriMesh merged(const std::vector<SculpturePart>& parts) {
     TriMesh all;
-    all.attributes.push_back({"albedo", 1, {}});
+    all.attributes = {{"albedo", 1, {}}, {"relief", 1, {}}};
     for (const SculpturePart& part : parts) {
         const auto base = static_cast<std::uint32_t>(all.positions.size());
         all.positions.insert(all.positions.end(), part.mesh.positions.begin(),
                              part.mesh.positions.end());
         for (const auto& t : part.mesh.triangles)
             all.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
-        const auto& albedo = part.mesh.attributes.front().values;
-        auto& into = all.attributes.front().values;
-        into.insert(into.end(), albedo.begin(), albedo.end());
+        for (std::size_t a = 0; a < all.attributes.size(); ++a) {
+            const auto& from = part.mesh.attributes[a].values;
+            auto& into = all.attributes[a].values;
+            into.insert(into.end(), from.begin(), from.end());
+        }
     }
     return all;
 }

@@ -9,8 +9,8 @@ namespace stria {
 /// One closed solid of the sculpture; solids overlap, their union is the object.
 struct SculpturePart {
     std::string name;
-    TriMesh mesh;         ///< mm, object frame; attribute "albedo" (1)
-    bool smooth = false;  ///< no edges or relief of its own
+    TriMesh mesh;  ///< mm, object frame; attributes "albedo" (1) and "relief" (1: 1 where it has
+                   ///< fine relief)
 };
 
 /// The demo's object, about 150 mm: a smooth body with a patch of fine relief, a ball, a ring, a

@@ -1,16 +1,16 @@
 #pragma once
-#include <optional>
 #include <vector>
 
 #include "firmware/core/frame.h"
 #include "firmware/core/pulse.h"
 #include "firmware/core/sensor_noise.h"
+#include "firmware/stripe/frame_follower.h"
 
 namespace stria {
 
 /// What counts as a stripe in an image row.
 struct SpatialOptions {
-    double min_snr = 6.0;         ///< fitted amplitude over the noise of the background
+    double min_snr = 6.0;         ///< height in the samples over the noise of the background
     double min_amplitude_dn = 3;  ///< DN; keeps quantisation steps of dark images out
     int max_peaks_per_row = 2;    ///< 1..kMaxPulsesPerCell; the strongest are kept
     double min_width_px = 0.3;    ///< Gaussian standard deviation; below is a hot pixel
@@ -24,13 +24,13 @@ struct SpatialOptions {
     void validate() const;
 };
 
-/// Stripe crossings of a frame, row after row, strongest first within a row: maximum-likelihood fit
-/// of a pixel-integrated Gaussian over a constant background. u fractional, v = row; width and
-/// sigma in px; t_ns the row's time; s and ds_dt 0. The background may vary along the row: each
-/// peak has its own, taken from within five widths of it. Rows without a stripe give nothing.
-/// Peaks closer than their widths allow to separate are fitted together and flagged. Saturated
-/// samples count as "at least full scale". Sigma is the square root of the Cramer-Rao bound at the
-/// solution, raised by sqrt(chi-square) where chi-square is significantly above 1.
+/// Stripe crossings of a frame, row after row, strongest (most light) first within a row:
+/// maximum-likelihood fit of a pixel-integrated Gaussian over a constant background. u fractional,
+/// v = row; width and sigma in px; t_ns the row's time; s and ds_dt 0. The background may vary
+/// along the row: each peak has its own, taken from within five widths of it. Rows without a stripe
+/// give nothing. Peaks closer than their widths allow to separate are fitted together and flagged.
+/// Saturated samples count as "at least full scale". Sigma is the square root of the Cramer-Rao
+/// bound at the solution, raised by sqrt(chi-square) where chi-square is significantly above 1.
 std::vector<Pulse> find_peaks(const Frame& frame, const SensorNoise& noise,
                               const SpatialOptions& options = {});
 
@@ -45,7 +45,7 @@ class SpatialAnalyser {
     void add(const Frame& frame);
     /// The map of all frames so far; the analyser is empty afterwards.
     PulseMap finish();
-    int frames_ignored() const { return frames_ignored_; }
+    int frames_ignored() const { return follower_.ignored(); }
 
   private:
     int height_ = 0;
@@ -53,9 +53,7 @@ class SpatialAnalyser {
     SpatialOptions options_;
     std::vector<std::vector<Pulse>> peaks_of_frame_;
     PulseMap counts_;
-    std::optional<std::uint32_t> last_sequence_;
-    TimeNs last_time_ns_ = 0;
-    int frames_ignored_ = 0;
+    FrameFollower follower_;
 };
 
 }  // namespace stria

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "firmware/core/axis_log.h"
 #include "firmware/core/frame.h"
@@ -102,6 +103,7 @@ struct Devices {
     Laser& laser;
     Axis& axis;
     Interlock& interlock;
+    std::vector<Laser*> further_lasers = {};  ///< lasers 1, 2, ... of the plan; laser 0 is `laser`
 };
 
 }  // namespace stria

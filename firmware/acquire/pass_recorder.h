@@ -1,0 +1,47 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include "firmware/acquire/acquire.h"
+
+namespace stria {
+
+/// What one pass of a sweep brings together: its log, its pulses, its count of lost frames.
+class PassRecorder {
+  public:
+    enum class Place : std::uint8_t { before, within, after };
+
+    PassRecorder(const ScanPlan& plan, const SweepPass& pass, const CameraInfo& camera,
+                 const AcquireOptions& options);
+
+    /// Positions in ascending time; those not later than the last one are left out.
+    void append_log(const AxisLog& log);
+    /// Where the axis was at the middle of the frame, as far as the log so far tells (it may end a
+    /// moment before; then its last slope goes on).
+    Place place_of(const Frame& frame) const;
+    /// True if the last logged position is within a step of the pass's end.
+    bool has_reached_end() const;
+    /// Labels the frame with laser, power and exposure, hands it over if frames are recorded, and
+    /// analyses it if pulses are.
+    Status take(Frame& frame, AcquireSink& sink);
+    /// Hands over the log, then the pulse map; also after a failure, with the frames so far.
+    Status finish(AcquireSink& sink);
+
+    std::uint32_t frames() const { return frames_; }
+    std::uint32_t frames_dropped() const { return frames_dropped_; }
+
+  private:
+    const ScanPlan& plan_;
+    SweepPass pass_;
+    AxisLog log_;
+    std::optional<SpatialAnalyser> spatial_;
+    std::optional<SpacetimeAnalyser> spacetime_;
+    std::optional<std::uint32_t> last_sequence_;
+    std::uint32_t frames_ = 0;
+    std::uint32_t frames_dropped_ = 0;
+};
+
+/// Adds the samples of `more` that are later than the last of `log`.
+void append(AxisLog& log, const AxisLog& more);
+
+}  // namespace stria

@@ -62,8 +62,24 @@ bool write_all(int fd, std::string_view bytes) {
 
 }  // namespace
 
+std::string read_file_start(const std::string& path, std::size_t bytes) {
+    Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!file.ok()) fail(path, "open");
+    std::string start(bytes, '\0');
+    std::size_t used = 0;
+    while (used < bytes) {
+        const ssize_t n = ::read(file.get(), start.data() + used, bytes - used);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) fail(path, "read");
+        if (n == 0) break;
+        used += static_cast<std::size_t>(n);
+    }
+    start.resize(used);
+    return start;
+}
+
 std::string read_whole_file(const std::string& path, std::size_t max_bytes) {
-    Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
     if (!file.ok()) fail(path, "open");
     struct stat status {};
     if (::fstat(file.get(), &status) != 0) fail(path, "read");

@@ -1,0 +1,135 @@
+// Our camera beside OpenCV's, on the same corners of real photographs.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <opencv2/calib3d.hpp>
+
+#include "calib/camera_calibration.h"
+#include "calib/detect_board.h"
+#include "host/io/image_io.h"
+
+namespace stria {
+namespace {
+
+struct Photographs {
+    std::vector<CameraView> views;
+    std::vector<std::string> refused;
+    int width = 0, height = 0;
+};
+
+Photographs detect_all(const std::string& folder, const std::string& prefix, int first, int last,
+                       const std::string& format, const Board& board) {
+    Photographs set;
+    for (int i = first; i <= last; ++i) {
+        char name[64];
+        std::snprintf(name, sizeof name, format.c_str(), i);
+        const GreyImage image = read_grey_image(folder + "/" + prefix + name);
+        set.width = image.width;
+        set.height = image.height;
+        const Detection found = detect_board(image, board);
+        if (found.found())
+            set.views.push_back({prefix + name, found.ids, found.pixels, {}});
+        else
+            set.refused.push_back(prefix + name + ": " + found.refusal);
+    }
+    return set;
+}
+
+double opencv_rms_px(const Photographs& set, const Board& board, double& fx) {
+    const auto points = board_points(board);
+    std::vector<std::vector<cv::Point3f>> on_board;
+    std::vector<std::vector<cv::Point2f>> in_image;
+    for (const CameraView& view : set.views) {
+        on_board.emplace_back();
+        in_image.emplace_back();
+        for (std::size_t i = 0; i < view.ids.size(); ++i) {
+            const auto& p = points[static_cast<std::size_t>(view.ids[i])];
+            on_board.back().emplace_back(float(p.x()), float(p.y()), 0.0F);
+            in_image.back().emplace_back(float(view.pixels[i].x()), float(view.pixels[i].y()));
+        }
+    }
+    cv::Mat k, d;
+    std::vector<cv::Mat> r, t;
+    const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 300, 1e-12);
+    const double rms = cv::calibrateCamera(on_board, in_image, cv::Size(set.width, set.height), k,
+                                           d, r, t, 0, until);
+    fx = k.at<double>(0, 0);
+    return rms;
+}
+
+class RealBoards : public testing::Test {
+  protected:
+    void SetUp() override {
+        const char* data = std::getenv("STRIA_TEST_DATA");
+        if (!data) GTEST_SKIP() << "set STRIA_TEST_DATA to the folder of real data sets";
+        data_ = data;
+    }
+
+    /// With every corner kept, the minimum of the same function on the same corners cannot be above
+    /// OpenCV's; 1e-6 px is for its stopping.
+    void compare(const Photographs& set, const Board& board) {
+        for (const auto& why : set.refused) std::cout << "refused " << why << '\n';
+        double opencv_fx = 0;
+        const double opencv = opencv_rms_px(set, board, opencv_fx);
+        const auto all =
+            calibrate_camera(set.views, board, set.width, set.height, {.reject_outliers = false});
+        const auto found = calibrate_camera(set.views, board, set.width, set.height);
+        std::cout << to_string(board) << ": rms " << all.rms_px << " px on all corners, OpenCV "
+                  << opencv << " px; fx " << all.camera.fx << ", OpenCV " << opencv_fx
+                  << "; with rejection " << found.rms_px << " px, " << found.views_used
+                  << " views, fx " << found.camera.fx << " +- " << std::sqrt(found.covariance(0, 0))
+                  << '\n';
+        EXPECT_TRUE(all.converged);
+        EXPECT_LE(all.rms_px, opencv + 1e-6);
+        EXPECT_LE(found.rms_px, opencv + 1e-6);
+        for (const auto& view : found.views) {
+            if (!view.rejected.empty()) std::cout << view.name << ": " << view.rejected << '\n';
+            for (int id : view.ids_rejected)
+                std::cout << view.name << ": corner " << id << " left out\n";
+        }
+    }
+    std::string data_;
+};
+
+TEST_F(RealBoards, ChessboardIsNotWorseThanOpenCv) {
+    const Board board = parse_board("chessboard:9x6:23.9");
+    const auto set = detect_all(data_ + "/stereo_chessboard_9x6", "left", 1, 15, "%02d.jpg", board);
+    EXPECT_GE(set.views.size(), 14u);
+    compare(set, board);
+}
+
+TEST_F(RealBoards, CharucoIsNotWorseThanOpenCv) {
+    const Board board = parse_board("charuco:7x5:20:10:DICT_6X6_250");
+    const auto set = detect_all(data_ + "/charuco_5x7", "", 1, 7, "%d.jpg", board);
+    EXPECT_EQ(set.views.size(), 7u);
+    compare(set, board);
+}
+
+TEST_F(RealBoards, CircleGridIsNotWorseThanOpenCv) {
+    const Board board = parse_board("circles:7x7:37.5");
+    const auto set = detect_all(data_ + "/laser_plane_circlegrid", "calib", 0, 11, "%d.jpg", board);
+    EXPECT_EQ(set.views.size(), 12u);
+    compare(set, board);
+}
+
+TEST_F(RealBoards, WrongOrMissingBoardsAreRefusedByName) {
+    const std::string charuco = data_ + "/charuco_5x7/";
+    const GreyImage seven_by_five = read_grey_image(charuco + "1.jpg");
+    const auto turned = detect_board(seven_by_five, parse_board("charuco:5x7:20:10:DICT_6X6_250"));
+    EXPECT_NE(turned.refusal.find("wrong board"), std::string::npos) << turned.refusal;
+    const auto other = detect_board(seven_by_five, parse_board("charuco:7x5:20:10:DICT_4X4_50"));
+    EXPECT_FALSE(other.found());
+    const auto marker = detect_board(read_grey_image(charuco + "no_board_single_marker.jpg"),
+                                     parse_board("charuco:7x5:20:10:DICT_6X6_250"));
+    EXPECT_FALSE(marker.found());
+    const GreyImage nine_by_six = read_grey_image(data_ + "/stereo_chessboard_9x6/left02.jpg");
+    for (const char* wrong : {"chessboard:8x6:20", "chessboard:8x5:20", "chessboard:10x7:20"}) {
+        const auto found = detect_board(nine_by_six, parse_board(wrong));
+        EXPECT_FALSE(found.found()) << wrong;
+    }
+}
+
+}  // namespace
+}  // namespace stria

@@ -2,7 +2,6 @@
 
 #include <tbb/global_control.h>
 #include <tbb/info.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
@@ -10,6 +9,8 @@
 #include <mutex>
 #include <stdexcept>
 #include <string>
+
+#include "host/geometry/run_blocks.h"
 
 namespace stria {
 namespace {
@@ -48,7 +49,7 @@ void parallel_for_blocks(std::size_t count, std::size_t grain,
         for (std::size_t block = 0; block < blocks; ++block) run(block);
         return;
     }
-    tbb::parallel_for(std::size_t{0}, blocks, run);
+    run_blocks(blocks, thread_count(), run);
 }
 
 }  // namespace stria

@@ -1,0 +1,102 @@
+# shellcheck shell=bash
+# The steps of tools/check, one function each; called in the repository's root.
+# A step returns 77 when it cannot run here, with the reason as its last line.
+# shellcheck source=tools/jobs.sh
+. tools/jobs.sh
+export CTEST_OUTPUT_ON_FAILURE=1
+export UBSAN_OPTIONS=print_stacktrace=1
+export LSAN_OPTIONS=suppressions=$PWD/tools/lsan.supp,print_suppressions=0
+export TSAN_OPTIONS=second_deadlock_stack=1
+
+# The folders whose tests run under the thread sanitizer: those that start threads.
+threaded=(firmware/transport firmware/session host/link host/local host/geometry)
+
+sources() { find firmware host calib sim tests -name '*.h' -o -name '*.cpp'; }
+
+# run_tests BUILD_DIR NAME LABELS_LEFT_OUT [CTEST OPTIONS]; the result also as build/logs/NAME.xml.
+run_tests() {
+    local directory=$1 name=$2 left_out=$3
+    shift 3
+    ctest --test-dir "$directory" -j "$(nproc)" -LE "$left_out" --no-tests=error \
+        --output-junit "$PWD/build/logs/$name.xml" "$@"
+}
+
+step_format() {
+    sources | xargs clang-format-14 --dry-run -Werror &&
+        echo "check: $(sources | wc -l) files formatted"
+}
+
+step_build() {
+    cmake --preset release -DSTRIA_WERROR=ON -DSTRIA_TESTS=ON &&
+        cmake --build build -j "$(build_jobs)"
+}
+
+step_unit() { run_tests build unit long; }
+
+step_demo() {
+    build/bin/stria demo --quick --force --out build/demo-quick
+}
+
+step_arm64() {
+    tools/arm64_sysroot && cmake --preset arm64 -DSTRIA_WERROR=ON &&
+        cmake --build build/arm64 -j "$(build_jobs)" && run_tests build/arm64 arm64 long
+}
+
+step_tsan() {
+    local folder targets=()
+    cmake --preset tsan || return 1
+    for folder in "${threaded[@]}"; do targets+=("tests/$folder/all"); done
+    cmake --build build/tsan -j "$(build_jobs)" --target "${targets[@]}" || return 1
+    for folder in "${threaded[@]}"; do
+        run_tests "build/tsan/tests/$folder" "tsan-${folder//\//-}" long || return 1
+    done
+}
+
+step_asan() {
+    cmake --preset asan && cmake --build build/asan -j "$(build_jobs)" &&
+        run_tests build/asan asan 'long|fuzz'
+}
+
+step_fuzz() { run_tests build/asan fuzz long -L fuzz; }
+
+step_package() { tools/package_check build; }
+
+# Files that differ from the merge base with the main line, else those of the last ten commits.
+changed_sources() {
+    local base
+    if ! git rev-parse --git-dir > /dev/null 2>&1; then
+        sources
+        return
+    fi
+    base=$(git merge-base HEAD origin/main 2> /dev/null || git merge-base HEAD main 2> /dev/null)
+    if [ -z "$base" ] || [ "$base" = "$(git rev-parse HEAD)" ]; then
+        base=$(git rev-list --max-count=11 HEAD | tail -n 1)
+    fi
+    git diff --name-only --diff-filter=d "$base" -- firmware host calib sim tests
+}
+
+# Looks at files until its minutes are used up, and says how many were left.
+step_tidy() {
+    local minutes=10 file files=() findings=build/logs/tidy.findings
+    while read -r file; do
+        grep -qF "/$file\"" build/compile_commands.json && files+=("$file")
+    done < <(changed_sources | grep '\.cpp$')
+    if [ ${#files[@]} -eq 0 ]; then
+        echo "check: no source changed"
+        return 0
+    fi
+    rm -rf "$findings"
+    mkdir -p "$findings"
+    export findings
+    # shellcheck disable=SC2016  # expanded by the inner shell
+    printf '%s\n' "${files[@]}" | xargs -P "$(nproc)" -n 1 bash -c '
+        if [ "$(date +%s)" -ge "$0" ]; then exit 0; fi
+        name=$findings/${1//\//_}
+        clang-tidy-14 -p build --quiet --extra-arg=-Wno-unknown-warning-option \
+            --extra-arg=-Wno-error "$1" > "$name.run" 2>&1 && mv "$name.run" "$name.ok" ||
+            mv "$name.run" "$name.bad"' "$(($(date +%s) + minutes * 60))"
+    cat "$findings"/*.bad 2> /dev/null | grep -v -E '^[0-9]+ warnings? generated'
+    echo "check: $(find "$findings" -name '*.ok' -o -name '*.bad' | wc -l) of ${#files[@]}" \
+        "changed sources seen in $minutes minutes"
+    [ -z "$(find "$findings" -name '*.bad')" ]
+}

@@ -17,18 +17,18 @@ namespace stria {
 
 /// [sensor]: what turns light into digital numbers (DN).
 struct SceneSensor {
-    double full_well_e = 10500;        ///< electrons a pixel holds
-    double read_noise_e = 8;           ///< standard deviation
-    double gain_e_per_dn = 40;         ///< electrons per DN at `bits`
-    int bits = 8;                      ///< 8..16
-    double exposure_us = 1000;         ///< until the camera is configured otherwise
-    double row_time_us = 0;            ///< 0: global shutter
-    double black_dn = 0;               ///< DN of no light
+    double full_well_e = 10500;  ///< electrons a pixel holds
+    double read_noise_e = 8;     ///< standard deviation
+    double gain_e_per_dn = 40;   ///< electrons per DN at `bits`
+    int bits = 8;                ///< 8..16
+    double exposure_us = 1000;   ///< until the camera is configured otherwise
+    double row_time_us = 0;      ///< 0: global shutter
+    double black_dn = 0;         ///< DN of no light
     double min_frame_period_us = 2000;
-    double pixel_um = 5;               ///< side of a pixel
-    double f_number = 8;               ///< of the lens
-    double quantum_efficiency = 0.5;   ///< electrons per photon
-    bool noise = true;                 ///< false: expected values, still quantised and clipped
+    double pixel_um = 5;              ///< side of a pixel
+    double f_number = 8;              ///< of the lens
+    double quantum_efficiency = 0.5;  ///< electrons per photon
+    bool noise = true;                ///< false: expected values, still quantised and clipped
 };
 
 /// [axis]: AxisModel holds direction, mirror, table and delay; this is the drive.
@@ -47,18 +47,18 @@ enum class SceneShape : std::uint8_t { sphere, plane, mesh };
 struct SceneObject {
     std::string name;
     SceneShape shape = SceneShape::sphere;
-    std::string file;                    ///< mesh; relative to the scene
-    double mm_per_unit = 1;              ///< of the file
-    double radius_mm = 0;                ///< sphere
-    Eigen::Vector2d size_mm{0, 0};       ///< plane
-    Eigen::Vector2d corner_mm{0, 0};     ///< plane; -size / 2 unless the scene says otherwise
+    std::string file;                 ///< mesh; relative to the scene
+    double mm_per_unit = 1;           ///< of the file
+    double radius_mm = 0;             ///< sphere
+    Eigen::Vector2d size_mm{0, 0};    ///< plane
+    Eigen::Vector2d corner_mm{0, 0};  ///< plane; -size / 2 unless the scene says otherwise
     Rigid3 world_from_object;
-    double albedo = 0.8;                 ///< 0..1
-    double roughness_rad = 0;            ///< Oren-Nayar slope deviation; 0: Lambert
-    bool mirror = false;                 ///< material = "mirror": returns nothing diffuse
+    double albedo = 0.8;       ///< 0..1
+    double roughness_rad = 0;  ///< Oren-Nayar slope deviation; 0: Lambert
+    bool mirror = false;       ///< material = "mirror": returns nothing diffuse
     /// Reflectance image, 0..255 as share of the albedo, laid on the frame's xy plane from the
     /// plane's corner (other shapes: the frame's origin), x along columns, y along rows, repeated.
-    std::string texture;                 ///< image file, relative to the scene
+    std::string texture;  ///< image file, relative to the scene
     Eigen::Vector2d texture_size_mm{0, 0};
 
     /// Loaded by read_scene, or set by the caller. Shared because scenes are copied.
@@ -91,14 +91,14 @@ struct SceneNominal {
 /// [fault]: what goes wrong.
 struct SceneFault {
     double drop_frame_probability = 0;  ///< each frame's chance to be lost (a gap in the sequence)
-    double timing_jitter_us = 0;        ///< standard deviation of a frame's true start about its stamp
-    double interlock_opens_at_s = -1;   ///< device time; negative: never
+    double timing_jitter_us = 0;  ///< standard deviation of a frame's true start about its stamp
+    double interlock_opens_at_s = -1;         ///< device time; negative: never
     std::int64_t camera_stops_at_frame = -1;  ///< sequence of the first frame never sent; -1: none
 };
 
 struct Scene {
     std::uint64_t seed = 1;
-    Channel channel;        ///< the true geometry: camera, sheet (as it leaves the laser), axis
+    Channel channel;  ///< the true geometry: camera, sheet (as it leaves the laser), axis
     SceneSensor sensor;
     double laser_power_mw = 30;  ///< in the sheet, at power 1
     SceneAxis axis;
@@ -109,8 +109,8 @@ struct Scene {
     SceneFault fault;
 };
 
-/// Reads scene.toml and the files it names. Throws FileError: place, expected, found; an unknown key
-/// names the nearest known one.
+/// Reads scene.toml and the files it names. Throws FileError: place, expected, found; an unknown
+/// key names the nearest known one.
 Scene read_scene(const std::string& path);
 /// @param name      stands for the path in errors
 /// @param base_dir  what relative file names start from

@@ -1,6 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,7 +14,7 @@ struct SurfaceHit {
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, towards the ray's origin
     float albedo = 0;                                  ///< texture included; 0 for a mirror
     float roughness_rad = 0;
-    int object = -1;                                   ///< index in scene.objects; -1: no hit
+    int object = -1;  ///< index in scene.objects; -1: no hit
 };
 
 /// The objects of one view as something rays can be cast at (Embree finds the primitive in float;
@@ -39,10 +38,6 @@ class SceneGeometry {
     /// True if something stands between a surface point and `to`. The segment starts a little
     /// above the surface (0.002 mm along the hit's normal on the side of `to`).
     bool is_occluded(const SurfaceHit& from, const Eigen::Vector3d& to) const;
-    /// The same for many points; targets as many as points.
-    void occluded(std::span<const SurfaceHit> from, std::span<const Eigen::Vector3d> to,
-                  std::span<std::uint8_t> result) const;
-
     /// Signed error of a measured point along `direction` (unit) against the true surface: positive
     /// if the point lies beyond the surface, the nearest surface within reach_mm to either side.
     /// Empty if there is none.

@@ -39,8 +39,8 @@ class SimulatedScanner {
     /// stopped. Costs the primary hits of every pixel again at the next frame (swept).
     void set_view(int view);
 
-    /// The geometry that frames are rendered with. For tests and comparison only: what calibrates or
-    /// measures starts from nominal_model().
+    /// The geometry that frames are rendered with. For tests and comparison only: what calibrates
+    /// or measures starts from nominal_model().
     ScannerModel truth_model() const;
     /// The design, seeded errors included: what the device may state about itself.
     ScannerModel nominal_model() const;

@@ -1,0 +1,162 @@
+#include "sim/beam.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace stria {
+namespace {
+
+constexpr double kPlanckTimesLight = 1.98644586e-25;  ///< J m
+constexpr double kSlowestPerS = 1e-6;                 ///< sigmas per unit of s; below it "at rest"
+
+/// Electrons a second in a pixel that sees a white Lambert surface under 1 mW/mm^2:
+/// E / pi * (pixel area) * pi / (4 N^2) * QE / (photon's energy).
+double electrons_per_irradiance(const SceneSensor& sensor, double wavelength_nm) {
+    const double watt_per_m2 = 1000.0;
+    const double pixel_m = sensor.pixel_um * 1e-6;
+    const double watt = watt_per_m2 * pixel_m * pixel_m / (4.0 * sensor.f_number * sensor.f_number);
+    return watt * sensor.quantum_efficiency * wavelength_nm * 1e-9 / kPlanckTimesLight;
+}
+
+/// 1 within the fan, falling to 0 over the outer 2 % of its half angle.
+double fan_share(const LaserSheet& sheet, double phi) {
+    const double half = sheet.fan_rad / 2, soft = 0.02 * half;
+    return std::clamp((half - std::abs(phi)) / soft, 0.0, 1.0);
+}
+
+}  // namespace
+
+double oren_nayar(const Eigen::Vector3d& normal, const Eigen::Vector3d& to_light,
+                  const Eigen::Vector3d& to_eye, double roughness_rad) {
+    if (roughness_rad == 0) return 1;
+    const double s2 = roughness_rad * roughness_rad;
+    const double a = 1 - 0.5 * s2 / (s2 + 0.33), b = 0.45 * s2 / (s2 + 0.09);
+    const double cos_light = std::clamp(normal.dot(to_light), 1e-6, 1.0);
+    const double cos_eye = std::clamp(normal.dot(to_eye), 1e-6, 1.0);
+    const Eigen::Vector3d light_side = to_light - cos_light * normal;
+    const Eigen::Vector3d eye_side = to_eye - cos_eye * normal;
+    const double scale = light_side.norm() * eye_side.norm();
+    const double cos_between = scale > 1e-12 ? light_side.dot(eye_side) / scale : 0;
+    // sin of the greater polar angle times tan of the lesser.
+    const double sin_light = std::sqrt(1 - cos_light * cos_light);
+    const double sin_eye = std::sqrt(1 - cos_eye * cos_eye);
+    const double sin_tan = sin_light * sin_eye / std::max(cos_light, cos_eye);
+    return a + b * std::max(0.0, cos_between) * sin_tan;
+}
+
+Beam::Beam(const Scene& scene) : channel_(scene.channel) {
+    const MirrorAxis& mirror = channel_.axis.mirror;
+    mirror_along_ = mirror.direction.dot(mirror.normal0) * mirror.direction;
+    mirror_cosine_ = mirror.normal0 - mirror_along_;
+    mirror_sine_ = mirror.direction.cross(mirror.normal0);
+    middle_s_ = (scene.axis.min + scene.axis.max) / 2;
+    half_travel_ = (scene.axis.max - scene.axis.min) / 2;
+    electrons_per_irradiance_ =
+        electrons_per_irradiance(scene.sensor, channel_.sheet.wavelength_nm);
+    laser_power_mw_ = scene.laser_power_mw;
+    ambient_rate_ =
+        scene.ambient_level * full_scale_e(scene.sensor) / (scene.sensor.exposure_us * 1e-6);
+}
+
+double Beam::rate(const SurfaceHit& hit, const Rigid3& world_from_camera,
+                  const Eigen::Vector3d& unfolded_in_camera, const Eigen::Vector3d& apex_in_camera,
+                  double sigma_mm) const {
+    const LaserSheet& sheet = channel_.sheet;
+    const Eigen::Vector3d apex = world_from_camera * apex_in_camera;
+    const Eigen::Vector3d normal = hit.normal.cast<double>();
+    const double range_mm = (apex - hit.point).norm();
+    const Eigen::Vector3d to_light = (apex - hit.point) / range_mm;
+    const double cos_incidence = normal.dot(to_light);
+    if (cos_incidence <= 0 || hit.albedo <= 0) return 0;
+    if (sheet.central_ray.dot(unfolded_in_camera - sheet.apex) <= 0) return 0;
+    const double share = fan_share(sheet, fan_angle(sheet, unfolded_in_camera));
+    if (share <= 0) return 0;
+    const Eigen::Vector3d to_eye = (world_from_camera.translation - hit.point).normalized();
+    const double irradiance =
+        laser_power_mw_ * share * cos_incidence /
+        (sheet.fan_rad * range_mm * std::sqrt(2 * std::numbers::pi) * sigma_mm);
+    const double reflection =
+        static_cast<double>(hit.albedo) *
+        oren_nayar(normal, to_light, to_eye, static_cast<double>(hit.roughness_rad));
+    return electrons_per_irradiance_ * irradiance * reflection;
+}
+
+std::optional<BeamAtPoint> Beam::passing(const SurfaceHit& hit, double guess) const {
+    const MirrorAxis& mirror = channel_.axis.mirror;
+    const LaserSheet& sheet = channel_.sheet;
+    const Rigid3 world_from_camera = scan_from_camera(channel_, 0);
+    const Eigen::Vector3d p =
+        world_from_camera.rotation.transpose() * (hit.point - world_from_camera.translation);
+    const Eigen::Vector3d from_axis = p - mirror.point;
+
+    // The sheet reflected at s holds p where the incoming sheet holds the mirror image of p.
+    double s = guess, slope = 0;
+    Eigen::Vector3d m, image;
+    for (int i = 0; i < 12; ++i) {
+        const double g = s + s * s * (mirror.g2 + s * mirror.g3);
+        const double cos_g = std::cos(g), sin_g = std::sin(g);
+        m = mirror_along_ + cos_g * mirror_cosine_ + sin_g * mirror_sine_;
+        const Eigen::Vector3d dm = cos_g * mirror_sine_ - sin_g * mirror_cosine_;
+        const double height = m.dot(from_axis) - mirror.offset_mm;
+        image = p - 2 * height * m;
+        const double distance = signed_distance(sheet, image);
+        const double dg_ds = 1 + s * (2 * mirror.g2 + 3 * s * mirror.g3);
+        slope =
+            -2 * dg_ds * (dm.dot(from_axis) * sheet.normal.dot(m) + height * sheet.normal.dot(dm));
+        if (std::abs(slope) < 1e-9) return std::nullopt;
+        const double step = std::clamp(distance / slope, -0.2, 0.2);
+        s -= step;
+        if (std::abs(step) < 1e-12) break;
+    }
+    if (!(std::abs(s - middle_s_) <= 2 * half_travel_)) return std::nullopt;
+
+    const double height_of_apex = m.dot(sheet.apex - mirror.point) - mirror.offset_mm;
+    const Eigen::Vector3d apex = sheet.apex - 2 * height_of_apex * m;  // seen in the mirror
+    const double sigma_mm = sigma_at(sheet, image);
+    BeamAtPoint beam;
+    beam.position = s;
+    beam.per_position = beam.per_s = std::abs(slope) / sigma_mm;
+    beam.rate = rate(hit, world_from_camera, image, apex, sigma_mm);
+    // Shadows end at the mirror, not at the apex behind it.
+    const double height = m.dot(from_axis) - mirror.offset_mm;
+    const double at_mirror = height / (height + height_of_apex);
+    if (!(at_mirror > 0 && at_mirror <= 1))
+        beam.rate = 0;  // the point is behind the mirror
+    else
+        beam.light_in_world = world_from_camera * Eigen::Vector3d(p + at_mirror * (apex - p));
+    return beam;
+}
+
+BeamAtPoint Beam::beside(const SurfaceHit& hit, double s) const {
+    const LaserSheet& sheet = channel_.sheet;
+    const Rigid3 world_from_camera = scan_from_camera(channel_, s);
+    const Rigid3 camera_from_world = world_from_camera.inverse();
+    const Eigen::Vector3d p = camera_from_world * hit.point;
+    const double sigma_mm = sigma_at(sheet, p);
+
+    BeamAtPoint beam;
+    beam.position = signed_distance(sheet, p);
+    beam.per_position = 1 / sigma_mm;
+    beam.rate = rate(hit, world_from_camera, p, sheet.apex, sigma_mm);
+    beam.light_in_world = world_from_camera * sheet.apex;
+
+    // The part's velocity (camera frame, per unit of s), and how it moves the hit along the ray.
+    const Eigen::Vector3d velocity =
+        channel_.axis.kind == MachineKind::rail
+            ? Eigen::Vector3d(-channel_.axis.rail.direction)
+            : Eigen::Vector3d(camera_from_world.rotation *
+                              Eigen::Vector3d::UnitZ().cross(hit.point));
+    const Eigen::Vector3d normal = camera_from_world.rotation * hit.normal.cast<double>();
+    const double across = normal.dot(p);
+    if (std::abs(across) > 1e-9 * p.norm()) {
+        const Eigen::Vector3d along_ray = p * (normal.dot(velocity) / across);
+        const double h = 1e-4 * p.norm() / std::max(1e-12, along_ray.norm());
+        beam.per_s = (signed_distance(sheet, p + h * along_ray) - beam.position) / (h * sigma_mm);
+    }
+    if (std::abs(beam.per_s) < kSlowestPerS) beam.per_s = kSlowestPerS;
+    return beam;
+}
+
+}  // namespace stria

@@ -1,0 +1,59 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+
+#include "sim/scene.h"
+#include "sim/scene_geometry.h"
+
+namespace stria {
+
+/// How the sheet of light meets one surface point that one pixel looks at.
+struct BeamAtPoint {
+    /// Swept: the s at which the sheet's centre passes the point. Others: distance (mm) of the
+    /// point from the sheet's centre at the s that was asked about.
+    double position = 0;
+    double per_position = 0;  ///< beam standard deviations per unit of position
+    /// The same per unit of s, the pixel kept, not 0. Swept: positive. Others: signed, so that the
+    /// distance in standard deviations is per_position * position + per_s * (change of s).
+    double per_s = 0;
+    double rate = 0;  ///< electrons a second from the beam's centre at power 1; 0: unlit
+    Eigen::Vector3d light_in_world = Eigen::Vector3d::Zero();  ///< where the light comes from
+};
+
+/// The laser of a scene: where it shines and how strongly a pixel sees it. Peak irradiance of the
+/// sheet P / (fan r sqrt(2 pi) sigma) (a fan of even radiant intensity), reflection by Oren and
+/// Nayar 1994 (their qualitative model), sensor by aperture, pixel, quantum efficiency.
+class Beam {
+  public:
+    explicit Beam(const Scene& scene);
+
+    /// For a swept machine: where in its travel the sheet passes the point. Newton steps from
+    /// `guess`; empty if it passes outside the travel (half a travel to each side granted).
+    std::optional<BeamAtPoint> passing(const SurfaceHit& hit, double guess) const;
+    /// For a rail or table at s: the sheet beside the point. per_s follows the pixel's ray as the
+    /// surface, flat near the point, moves through it.
+    BeamAtPoint beside(const SurfaceHit& hit, double s) const;
+
+    /// Electrons a second of a pixel that sees albedo 1 in ambient light.
+    double ambient_rate() const { return ambient_rate_; }
+    const Channel& channel() const { return channel_; }
+
+  private:
+    double rate(const SurfaceHit& hit, const Rigid3& world_from_camera,
+                const Eigen::Vector3d& unfolded_in_camera, const Eigen::Vector3d& apex_in_camera,
+                double sigma_mm) const;
+
+    Channel channel_;
+    Eigen::Vector3d mirror_along_, mirror_cosine_, mirror_sine_;  ///< m(g) of the turning normal
+    double middle_s_ = 0, half_travel_ = 0;
+    double electrons_per_irradiance_ = 0;  ///< a second, for 1 mW/mm^2 on a white Lambert surface
+    double laser_power_mw_ = 0;
+    double ambient_rate_ = 0;
+};
+
+/// Share of the light (times pi) that a surface of slope deviation `roughness_rad` sends towards
+/// `to_eye`; 1 for a Lambert surface. Unit vectors. Oren and Nayar 1994, their qualitative model.
+double oren_nayar(const Eigen::Vector3d& normal, const Eigen::Vector3d& to_light,
+                  const Eigen::Vector3d& to_eye, double roughness_rad);
+
+}  // namespace stria

@@ -1,0 +1,210 @@
+#include "sim/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace stria {
+namespace {
+
+std::string wrong(const std::string& field, double value, const std::string& bound) {
+    return field + " = " + std::to_string(value) + ": expected " + bound;
+}
+
+bool is_unit(const Eigen::Vector3d& v) { return std::abs(v.norm() - 1.0) < 1e-6; }
+
+std::string validate_sensor(const SceneSensor& sensor) {
+    if (!(sensor.full_well_e > 0))
+        return wrong("sensor.full_well_e", sensor.full_well_e, "above 0");
+    if (!(sensor.read_noise_e >= 0))
+        return wrong("sensor.read_noise_e", sensor.read_noise_e, "0 or more");
+    if (!(sensor.gain_e_per_dn > 0))
+        return wrong("sensor.gain_e_per_dn", sensor.gain_e_per_dn, "above 0");
+    if (sensor.bits < 8 || sensor.bits > 16) return wrong("sensor.bits", sensor.bits, "8 to 16");
+    if (!(sensor.exposure_us >= 1 && sensor.exposure_us <= 1e7))
+        return wrong("sensor.exposure_us", sensor.exposure_us, "1 to 1e7");
+    if (!(sensor.row_time_us >= 0 && sensor.row_time_us <= 1e4))
+        return wrong("sensor.row_time_us", sensor.row_time_us, "0 to 1e4");
+    if (!(sensor.black_dn >= 0 && sensor.black_dn < (1 << sensor.bits)))
+        return wrong("sensor.black_dn", sensor.black_dn, "0 to full scale");
+    if (!(sensor.min_frame_period_us >= 1 && sensor.min_frame_period_us <= 1e7))
+        return wrong("sensor.min_frame_period_us", sensor.min_frame_period_us, "1 to 1e7");
+    if (!(sensor.pixel_um > 0)) return wrong("sensor.pixel_um", sensor.pixel_um, "above 0");
+    if (!(sensor.f_number > 0)) return wrong("sensor.f_number", sensor.f_number, "above 0");
+    if (!(sensor.quantum_efficiency > 0 && sensor.quantum_efficiency <= 1))
+        return wrong("sensor.quantum_efficiency", sensor.quantum_efficiency, "above 0, at most 1");
+    return "";
+}
+
+std::string validate_laser_and_axis(const Scene& scene) {
+    const LaserSheet& sheet = scene.channel.sheet;
+    if (!is_unit(sheet.normal)) return wrong("laser.normal's length", sheet.normal.norm(), "1");
+    if (!is_unit(sheet.central_ray))
+        return wrong("laser.central_ray's length", sheet.central_ray.norm(), "1");
+    if (!(sheet.waist_sigma_mm > 0))
+        return wrong("laser.waist_sigma_mm", sheet.waist_sigma_mm, "above 0");
+    if (!(sheet.fan_rad > 0 && sheet.fan_rad < 3.1))
+        return wrong("laser.fan_rad", sheet.fan_rad, "above 0, below 3.1");
+    if (!(sheet.wavelength_nm >= 200 && sheet.wavelength_nm <= 2000))
+        return wrong("laser.wavelength_nm", sheet.wavelength_nm, "200 to 2000");
+    if (!(scene.laser_power_mw >= 0))
+        return wrong("laser.power_mw", scene.laser_power_mw, "0 or more");
+    const SceneAxis& axis = scene.axis;
+    if (!(axis.min < axis.max)) return wrong("axis.min", axis.min, "below axis.max");
+    if (!(axis.max_speed > 0)) return wrong("axis.max_speed", axis.max_speed, "above 0");
+    if (!(axis.sigma >= 0)) return wrong("axis.sigma", axis.sigma, "0 or more");
+    if (!(axis.log_period_us >= 10))
+        return wrong("axis.log_period_us", axis.log_period_us, "10 or more");
+    if (!(std::abs(scene.channel.axis.delay_ns) < 1e8))
+        return wrong("axis.delay_ns", scene.channel.axis.delay_ns, "-1e8 to 1e8");
+    return "";
+}
+
+std::string validate_object(const SceneObject& object) {
+    const std::string where = "object '" + object.name + "': ";
+    if (!is_rigid(object.world_from_object))
+        return where + "world_from_object is not a rigid motion";
+    if (!(object.albedo >= 0 && object.albedo <= 1))
+        return where + wrong("albedo", object.albedo, "0 to 1");
+    if (!(object.roughness_rad >= 0 && object.roughness_rad <= 1.5))
+        return where + wrong("roughness", object.roughness_rad, "0 to 1.5");
+    switch (object.shape) {
+        case SceneShape::sphere:
+            if (!(object.radius_mm > 0))
+                return where + wrong("radius", object.radius_mm, "above 0");
+            break;
+        case SceneShape::plane:
+            if (!(object.size_mm.minCoeff() > 0))
+                return where + wrong("size", object.size_mm.minCoeff(), "above 0");
+            break;
+        case SceneShape::mesh:
+            if (!object.mesh) return where + "has no mesh: expected file";
+            if (object.mesh->triangles.empty()) return where + "its mesh has no triangles";
+            for (const auto& triangle : object.mesh->triangles)
+                for (std::uint32_t vertex : triangle)
+                    if (vertex >= object.mesh->positions.size())
+                        return where + "its mesh has a triangle with vertex " +
+                               std::to_string(vertex) + ": expected below " +
+                               std::to_string(object.mesh->positions.size());
+            break;
+    }
+    if (object.texture_image &&
+        (object.texture_image->empty() || object.texture_image->channels != 1))
+        return where + "texture: expected a grey image";
+    if (object.texture_image && !(object.texture_size_mm.minCoeff() > 0))
+        return where + wrong("texture_size_mm", object.texture_size_mm.minCoeff(), "above 0");
+    return "";
+}
+
+std::string validate_views(const Scene& scene) {
+    std::set<std::string> names;
+    for (const SceneObject& object : scene.objects)
+        if (!names.insert(object.name).second)
+            return "object '" + object.name + "' is there twice: expected names of their own";
+    for (const SceneView& view : scene.views) {
+        const std::string where = "view '" + view.name + "': ";
+        for (const ViewPose& pose : view.poses) {
+            if (!names.count(pose.object)) return where + "no object '" + pose.object + "'";
+            if (!is_rigid(pose.world_from_object))
+                return where + "pose of '" + pose.object + "' is not a rigid motion";
+        }
+        for (const std::string& hidden : view.hidden)
+            if (!names.count(hidden)) return where + "no object '" + hidden + "' to hide";
+    }
+    return "";
+}
+
+}  // namespace
+
+std::string validate(const Scene& scene) {
+    ScannerModel model;
+    model.channels.push_back(scene.channel);
+    if (std::string why = validate(model); !why.empty()) return why;
+    if (std::string why = validate_sensor(scene.sensor); !why.empty()) return why;
+    if (std::string why = validate_laser_and_axis(scene); !why.empty()) return why;
+    for (const SceneObject& object : scene.objects)
+        if (std::string why = validate_object(object); !why.empty()) return why;
+    if (std::string why = validate_views(scene); !why.empty()) return why;
+    if (!(scene.ambient_level >= 0 && scene.ambient_level <= 10))
+        return wrong("ambient.level", scene.ambient_level, "0 to 10");
+    const SceneNominal& nominal = scene.nominal;
+    if (!(nominal.rotation_sigma_rad >= 0 && nominal.position_sigma_mm >= 0 &&
+          nominal.focal_relative_sigma >= 0 && nominal.focal_relative_sigma < 0.2))
+        return "nominal: expected sigmas of 0 or more, focal_relative_sigma below 0.2";
+    const SceneFault& fault = scene.fault;
+    if (!(fault.drop_frame_probability >= 0 && fault.drop_frame_probability < 1))
+        return wrong("fault.drop_frame_probability", fault.drop_frame_probability, "0 to below 1");
+    if (!(fault.timing_jitter_us >= 0))
+        return wrong("fault.timing_jitter_us", fault.timing_jitter_us, "0 or more");
+    return "";
+}
+
+int view_count(const Scene& scene) { return std::max(1, static_cast<int>(scene.views.size())); }
+
+double full_scale_e(const SceneSensor& sensor) {
+    const double top_dn = static_cast<double>((1 << sensor.bits) - 1) - sensor.black_dn;
+    return std::min(sensor.full_well_e, top_dn * sensor.gain_e_per_dn);
+}
+
+Scene built_in_scene() {
+    Scene scene;
+    CameraModel& camera = scene.channel.camera;
+    camera = {.kind = LensKind::brown5,
+              .width = 800,
+              .height = 640,
+              .fx = 1150,
+              .fy = 1150,
+              .cx = 401.2,
+              .cy = 317.8,
+              .distortion = {-0.08, 0.05, 2e-4, -1e-4, 0, 0, 0, 0}};
+
+    // The laser sits above the mirror and shines down on it; the mirror sends the sheet forward.
+    LaserSheet& sheet = scene.channel.sheet;
+    const Eigen::Vector3d mirror_centre(170, 0, -20);
+    sheet.apex = mirror_centre + Eigen::Vector3d(60, 0, 0);
+    sheet.central_ray = -Eigen::Vector3d::UnitX();
+    sheet.normal = Eigen::Vector3d::UnitZ();
+    sheet.fan_rad = 0.9;
+    sheet.waist_sigma_mm = 0.22;
+    sheet.waist_at_mm = 480;
+    sheet.bow2 = 2e-4;
+    sheet = normalised(sheet);
+
+    // Turning the beam from -x to the direction of the object's middle, 400 mm ahead.
+    MirrorAxis& mirror = scene.channel.axis.mirror;
+    const Eigen::Vector3d forward = (Eigen::Vector3d(0, 0, 400) - mirror_centre).normalized();
+    mirror.direction = Eigen::Vector3d::UnitY();
+    mirror.point = mirror_centre;
+    mirror.normal0 = (forward - sheet.central_ray).normalized();
+    mirror.offset_mm = 0.8;
+    mirror.g2 = 0.01;
+    scene.channel.axis.kind = MachineKind::swept;
+    scene.channel.axis.delay_ns = 20000;
+    scene.axis = {.min = -0.16, .max = 0.16, .max_speed = 4, .sigma = 2e-6, .log_period_us = 500};
+
+    SceneObject sphere;
+    sphere.name = "sphere";
+    sphere.shape = SceneShape::sphere;
+    sphere.radius_mm = 40;
+    sphere.world_from_object.translation = {-20, 5, -400};
+    SceneObject plate;
+    plate.name = "plate";
+    plate.shape = SceneShape::plane;
+    plate.size_mm = {260, 200};
+    plate.corner_mm = -plate.size_mm / 2;
+    plate.world_from_object = {rotation_from_vector({0.1, 0.15, 0}), {0, 0, -450}};
+    plate.albedo = 0.6;
+    plate.roughness_rad = 0.3;
+    SceneObject step = plate;
+    step.name = "step";
+    step.size_mm = {50, 80};
+    step.corner_mm = -step.size_mm / 2;
+    step.world_from_object.translation = {65, -10, -420};
+    step.albedo = 0.85;
+    scene.objects = {sphere, plate, step};
+    scene.ambient_level = 0.05;
+    scene.sensor.black_dn = 4;
+    return scene;
+}
+
+}  // namespace stria

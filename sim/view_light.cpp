@@ -1,0 +1,228 @@
+#include "sim/view_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/geometry/parallel.h"
+
+namespace stria {
+namespace {
+
+constexpr int kBlockRows = 32;
+constexpr int kStrata = 4;         ///< rays a side where a pixel is uneven
+constexpr double kCrease = 0.1;    ///< second difference of the crossing, beam sigmas
+constexpr double kContrast = 0.1;  ///< relative step of brightness between neighbours
+constexpr double kFinePart = 0.5;  ///< beam sigmas a part of the footprint may span
+constexpr int kMostParts = 8;
+
+bool differs(float a, float b) {
+    return std::abs(a - b) > static_cast<float>(kContrast) * std::max(a, b);
+}
+
+}  // namespace
+
+/// The axis position a picture belongs to, and how far the axis moves while it is taken.
+struct ViewLight::Moment {
+    double s = 0, travel = 0;
+    Rigid3 world_from_camera;
+};
+
+ViewLight::ViewLight(const Scene& scene, const SceneGeometry& geometry)
+    : geometry_(geometry),
+      beam_(scene),
+      is_swept_(scene.channel.axis.kind == MachineKind::swept),
+      width_(scene.channel.camera.width),
+      height_(scene.channel.camera.height),
+      rays_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {
+    const auto width = static_cast<std::size_t>(width_);
+    parallel_for_blocks(rays_.size(), 4 * width, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            rays_[i] = ray_through(scene.channel.camera, {static_cast<double>(i % width),
+                                                          static_cast<double>(i / width)});
+    });
+}
+
+std::vector<LightBlock> ViewLight::whole_sweep() const {
+    return collect({0, 0, scan_from_camera(beam_.channel(), 0)});
+}
+
+std::vector<LightBlock> ViewLight::around(double s, double travel) const {
+    return collect({s, travel, scan_from_camera(beam_.channel(), s)});
+}
+
+RayLight ViewLight::judge(const SurfaceHit& hit, const Moment& moment, double guess) const {
+    RayLight light;
+    light.object = static_cast<std::int16_t>(hit.object);
+    light.judged = hit.object < 0;  // nothing there: known to be dark
+    if (light.judged) return light;
+    light.ambient = static_cast<float>(beam_.ambient_rate()) * hit.albedo;
+
+    BeamAtPoint beam;
+    if (is_swept_) {
+        const auto passing = beam_.passing(hit, guess);
+        light.judged = true;
+        if (!passing) return light;
+        beam = *passing;
+    } else {
+        beam = beam_.beside(hit, moment.s);
+        const double range_mm = (hit.point - moment.world_from_camera.translation).norm();
+        const double pixel_mm = range_mm / beam_.channel().camera.fx;
+        const double far =
+            6 + std::abs(beam.per_s) * moment.travel / 2 + 6 * pixel_mm * beam.per_position;
+        light.judged = std::abs(beam.position) * beam.per_position < far;
+    }
+    light.position = beam.position;
+    light.per_position = static_cast<float>(beam.per_position);
+    light.per_s = static_cast<float>(beam.per_s);
+    if (light.judged && beam.rate > 0 && !geometry_.is_occluded(hit, beam.light_in_world))
+        light.rate = static_cast<float>(beam.rate);
+    return light;
+}
+
+void ViewLight::first_rays(const Moment& moment, int row, RayLight* lights) const {
+    const auto width = static_cast<std::size_t>(width_);
+    std::vector<Eigen::Vector3d> directions(width);
+    std::vector<SurfaceHit> hits(width);
+    for (std::size_t x = 0; x < width; ++x)
+        directions[x] =
+            moment.world_from_camera.rotation * rays_[static_cast<std::size_t>(row) * width + x];
+    geometry_.first_hits(moment.world_from_camera.translation, directions, hits);
+    double guess = 0;
+    for (std::size_t x = 0; x < width; ++x) {
+        lights[x] = judge(hits[x], moment, guess);
+        if (is_swept_ && lights[x].per_s > 0) guess = lights[x].position;
+    }
+}
+
+bool ViewLight::is_uneven(const std::vector<RayLight>& image, int x, int y) const {
+    const auto at = [&](int i, int j) -> const RayLight& {
+        return image[static_cast<std::size_t>(std::clamp(j, 0, height_ - 1)) *
+                         static_cast<std::size_t>(width_) +
+                     static_cast<std::size_t>(std::clamp(i, 0, width_ - 1))];
+    };
+    const RayLight& here = at(x, y);
+    const RayLight* const around[4] = {&at(x - 1, y), &at(x + 1, y), &at(x, y - 1), &at(x, y + 1)};
+    for (const RayLight* other : around) {
+        if (differs(here.ambient, other->ambient)) return true;
+        if (here.judged && other->judged && differs(here.rate, other->rate)) return true;
+        if (here.rate > 0 && here.object != other->object) return true;
+    }
+    if (here.rate <= 0) return false;
+    for (int axis = 0; axis < 2; ++axis) {
+        const RayLight &before = *around[2 * axis], &after = *around[2 * axis + 1];
+        if (&before == &here || &after == &here || !before.judged || !after.judged) continue;
+        const double bend = before.position - 2 * here.position + after.position;
+        if (std::abs(bend) * static_cast<double>(here.per_position) > kCrease) return true;
+    }
+    return false;
+}
+
+void ViewLight::add_smooth(const std::vector<RayLight>& image, int x, int y, const Moment& moment,
+                           LightBlock& block) const {
+    const auto index = [&](int i, int j) {
+        return static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) +
+               static_cast<std::size_t>(i);
+    };
+    const RayLight& here = image[index(x, y)];
+    const auto pixel = static_cast<std::uint32_t>(index(x, y - block.row_begin));
+    block.ambient[pixel] = here.ambient;
+    if (here.rate <= 0) return;
+
+    const auto slope = [&](std::size_t before, std::size_t after) {
+        const RayLight &a = image[before], &b = image[after];
+        if (!a.judged || !b.judged || before == after) return 0.0;
+        const double pixels = before == index(x, y) || after == index(x, y) ? 1 : 2;
+        return (b.position - a.position) / pixels;
+    };
+    const double along_u =
+        slope(index(std::max(x - 1, 0), y), index(std::min(x + 1, width_ - 1), y));
+    const double along_v =
+        slope(index(x, std::max(y - 1, 0)), index(x, std::min(y + 1, height_ - 1)));
+    const double per = static_cast<double>(here.per_position);
+    const auto parts = [&](double step) {
+        return std::clamp(static_cast<int>(std::ceil(std::abs(step) * per / kFinePart)), 1,
+                          kMostParts);
+    };
+    const int parts_u = parts(along_u), parts_v = parts(along_v);
+    const double part_u = along_u * per / parts_u, part_v = along_v * per / parts_v;
+    const double shrink = 1 / std::sqrt(1 + (part_u * part_u + part_v * part_v) / 12);
+    for (int j = 0; j < parts_v; ++j) {
+        for (int i = 0; i < parts_u; ++i) {
+            const double position = here.position + along_u * ((i + 0.5) / parts_u - 0.5) +
+                                    along_v * ((j + 0.5) / parts_v - 0.5);
+            StripeLight light;
+            light.pixel = pixel;
+            light.s0 =
+                is_swept_ ? position : moment.s - position * per / static_cast<double>(here.per_s);
+            light.per_s = std::abs(here.per_s) * static_cast<float>(shrink);
+            light.rate = here.rate * static_cast<float>(shrink / (parts_u * parts_v));
+            block.lights.push_back(light);
+        }
+    }
+}
+
+void ViewLight::add_uneven(int x, int y, const Moment& moment, double guess,
+                           LightBlock& block) const {
+    constexpr int kRays = kStrata * kStrata;
+    Eigen::Vector3d directions[kRays];
+    SurfaceHit hits[kRays];
+    for (int j = 0; j < kStrata; ++j) {
+        for (int i = 0; i < kStrata; ++i) {
+            const double u = (i + (j + 0.5) / kStrata) / kStrata - 0.5;
+            const double v = (j + (i + 0.5) / kStrata) / kStrata - 0.5;
+            directions[kStrata * j + i] =
+                moment.world_from_camera.rotation *
+                ray_through(beam_.channel().camera, Eigen::Vector2d(x + u, y + v));
+        }
+    }
+    geometry_.first_hits(moment.world_from_camera.translation, directions, hits);
+    const auto pixel = static_cast<std::uint32_t>((y - block.row_begin) * width_ + x);
+    float ambient = 0;
+    for (const SurfaceHit& hit : hits) {
+        const RayLight ray = judge(hit, moment, guess);
+        ambient += ray.ambient;
+        if (ray.rate <= 0) continue;
+        StripeLight light;
+        light.pixel = pixel;
+        light.s0 = is_swept_ ? ray.position
+                             : moment.s - ray.position * static_cast<double>(ray.per_position) /
+                                              static_cast<double>(ray.per_s);
+        light.per_s = std::abs(ray.per_s);
+        light.rate = ray.rate / kRays;
+        block.lights.push_back(light);
+    }
+    block.ambient[pixel] = ambient / kRays;
+}
+
+std::vector<LightBlock> ViewLight::collect(const Moment& moment) const {
+    const auto width = static_cast<std::size_t>(width_);
+    std::vector<RayLight> image(width * static_cast<std::size_t>(height_));
+    parallel_for_blocks(static_cast<std::size_t>(height_), 8,
+                        [&](std::size_t begin, std::size_t end) {
+                            for (std::size_t row = begin; row < end; ++row)
+                                first_rays(moment, static_cast<int>(row), &image[row * width]);
+                        });
+    const int count = (height_ + kBlockRows - 1) / kBlockRows;
+    std::vector<LightBlock> blocks(static_cast<std::size_t>(count));
+    parallel_for_blocks(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t b = begin; b < end; ++b) {
+            LightBlock& block = blocks[b];
+            block.row_begin = static_cast<int>(b) * kBlockRows;
+            block.row_end = std::min(height_, block.row_begin + kBlockRows);
+            block.ambient.resize(width * static_cast<std::size_t>(block.row_end - block.row_begin));
+            for (int y = block.row_begin; y < block.row_end; ++y)
+                for (int x = 0; x < width_; ++x) {
+                    const RayLight& here =
+                        image[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)];
+                    if (is_uneven(image, x, y))
+                        add_uneven(x, y, moment, here.judged ? here.position : 0, block);
+                    else
+                        add_smooth(image, x, y, moment, block);
+                }
+            sort_into_bins(block);
+        }
+    });
+    return blocks;
+}
+
+}  // namespace stria

@@ -1,0 +1,54 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "sim/beam.h"
+#include "sim/scene.h"
+#include "sim/scene_geometry.h"
+#include "sim/stripe_light.h"
+
+namespace stria {
+
+/// What one ray through a pixel says about its light.
+struct RayLight {
+    double position = 0;  ///< BeamAtPoint::position
+    float per_position = 0;
+    float per_s = 0;
+    float rate = 0;     ///< electrons a second at the beam's centre; 0 if dark or in shadow
+    float ambient = 0;  ///< electrons a second
+    std::int16_t object = -1;
+    bool judged = false;  ///< the beam is near enough for rate to be known
+};
+
+/// Turns a scene into the light of every pixel. One ray a pixel; where neighbours tell of an edge,
+/// a shadow, a crease or a texture's border, 16 rays in strata (each column and each row of the
+/// pixel's sixteenths holds one). Where the surface is smooth the pixel's footprint is cut into
+/// parts no longer than half a beam width, each with its variance added to the beam's.
+class ViewLight {
+  public:
+    ViewLight(const Scene& scene, const SceneGeometry& geometry);
+
+    /// Swept machine: all light of a whole sweep, in bands of rows.
+    std::vector<LightBlock> whole_sweep() const;
+    /// Rail or table: light while s is within +- travel / 2 of `s`.
+    std::vector<LightBlock> around(double s, double travel) const;
+
+  private:
+    struct Moment;
+    std::vector<LightBlock> collect(const Moment& moment) const;
+    RayLight judge(const SurfaceHit& hit, const Moment& moment, double guess) const;
+    void first_rays(const Moment& moment, int row, RayLight* lights) const;
+    bool is_uneven(const std::vector<RayLight>& image, int x, int y) const;
+    void add_smooth(const std::vector<RayLight>& image, int x, int y, const Moment& moment,
+                    LightBlock& block) const;
+    void add_uneven(int x, int y, const Moment& moment, double guess, LightBlock& block) const;
+
+    const SceneGeometry& geometry_;
+    Beam beam_;
+    bool is_swept_;
+    int width_, height_;
+    std::vector<Eigen::Vector3d> rays_;  ///< of pixel centres, camera frame
+};
+
+}  // namespace stria

@@ -7,6 +7,8 @@
 
 namespace stria {
 
+constexpr int kMinRowLength = 8;  ///< px; shorter rows have no room for a stripe and its sides
+
 /// Finds the stripe's peaks in one row after another; keeps its work space from row to row.
 class RowPeakFinder {
   public:

@@ -9,7 +9,7 @@ namespace stria {
 
 /// What counts as a pulse of the stripe over one pixel.
 struct SpacetimeOptions {
-    double min_snr = 6.0;         ///< fitted amplitude over the noise of the background
+    double min_snr = 6.0;         ///< height in the samples over the noise of the background
     double min_amplitude_dn = 3;  ///< DN; keeps quantisation steps of dark images out
     int max_pulses_per_cell = 2;  ///< 1..kMaxPulsesPerCell; the strongest are kept
     int max_pulse_frames = 96;    ///< a longer rise is a change of the light, not a pulse
@@ -57,6 +57,8 @@ class SpacetimeAnalyser {
 
   private:
     class Engine;
+    template <typename T>
+    class EngineOf;
     std::unique_ptr<Engine> engine_;
 };
 

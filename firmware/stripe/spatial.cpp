@@ -98,7 +98,7 @@ void SpatialOptions::validate() const {
 std::vector<Pulse> find_peaks(const Frame& frame, const SensorNoise& noise,
                               const SpatialOptions& options) {
     options.validate();
-    if (frame.width < 8 || frame.height < 1) return {};  // no room for a stripe and its sides
+    if (frame.width < kMinRowLength || frame.height < 1) return {};
     const int bands = std::min(options.threads, frame.height);
     std::vector<std::vector<Pulse>> of_band(static_cast<std::size_t>(bands));
     for_row_bands(bands, bands, [&](int first, int last) {

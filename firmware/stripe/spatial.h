@@ -13,7 +13,7 @@ struct SpatialOptions {
     double min_snr = 6.0;         ///< height in the samples over the noise of the background
     double min_amplitude_dn = 3;  ///< DN; keeps quantisation steps of dark images out
     int max_peaks_per_row = 2;    ///< 1..kMaxPulsesPerCell; the strongest are kept
-    double min_width_px = 0.3;    ///< Gaussian standard deviation; below is a hot pixel
+    double min_width_px = 0.4;    ///< Gaussian standard deviation; fits that end there are flagged
     double max_width_px = 12.0;   ///< above is a shape of the scene, not a stripe
     double max_misfit = 0.2;      ///< rms residual over amplitude above which it is no stripe
     int min_run_rows = 1;         ///< peaks with no chain of so many rows through them are dropped

@@ -1,12 +1,17 @@
 #include <gtest/gtest.h>
 
 #include "tests/firmware/stripe/spatial_trials.h"
+#include "tests/firmware/stripe/temporal_trials.h"
 
 namespace stria::test {
 namespace {
 
 TEST(SpatialBound, IsReachedIn20000Trials) {
     expect_spatial_reaches_bound(20000, {10, 15, 20, 30, 50, 100, 200});
+}
+
+TEST(TemporalBound, IsReachedIn20000Trials) {
+    expect_temporal_reaches_bound(20000, {10, 15, 20, 30, 50, 100, 200});
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ struct LocalisationCell {
     double bound = 0;        ///< rms of the Cramer-Rao bound over the trials
     double mean = 0;         ///< of the error
     double sigma_ratio = 0;  ///< median predicted sigma over the actual one, 1.4826 MAD
-    double found = 0;        ///< share of the trials with exactly one answer
+    double found = 0;        ///< share of the trials with an answer
     int trials = 0;
     double ratio() const { return rms / bound; }
 };

@@ -1,0 +1,185 @@
+#include "firmware/stripe/pixel_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stria {
+namespace {
+
+constexpr int kBlock = 64;               // pixels looked at together
+constexpr double kDetectionShare = 0.7;  // of min_snr: one sample may lie below the pulse's height
+constexpr float kAdaptation = 0.25f;     // share of a batch's mean that enters the background
+/// Expected least of n normal samples is that many standard deviations below their mean.
+constexpr std::array<float, 9> kExpectedLeast = {0,     0,     0.56f, 0.85f, 1.03f,
+                                                 1.16f, 1.27f, 1.35f, 1.42f};
+
+}  // namespace
+
+template <typename T>
+PixelTracker<T>::PixelTracker(int width, int y, int full_scale, const SensorNoise& noise,
+                              const SpacetimeOptions& options)
+    : width_(width),
+      y_(y),
+      full_scale_(full_scale),
+      noise_(noise),
+      options_(options),
+      background_(static_cast<std::size_t>(width)),
+      threshold_(static_cast<std::size_t>(width)) {}
+
+template <typename T>
+void PixelTracker<T>::advance(const FrameStore& frames, int begin, int end) {
+    if (!started_) set_backgrounds(frames, begin, end);
+    started_ = true;
+    for (int k = begin; k < end; ++k) {
+        find_above(row_of<T>(frames.at(k), y_));
+        if (!above_.empty() || !open_.empty()) follow(frames, k);
+    }
+    update_backgrounds(frames, begin, end);
+    set_thresholds();
+}
+
+/// The least of the first samples, raised by what noise lowers it: right for all but those pixels
+/// on which the stripe stays during the whole batch, which the falling light corrects later.
+template <typename T>
+void PixelTracker<T>::set_backgrounds(const FrameStore& frames, int begin, int end) {
+    const T* first = row_of<T>(frames.at(begin), y_);
+    std::vector<T> least(first, first + width_);
+    for (int k = begin + 1; k < end; ++k) {
+        const T* row = row_of<T>(frames.at(k), y_);
+        for (int x = 0; x < width_; ++x) least[x] = std::min(least[x], row[x]);
+    }
+    const float raise =
+        kExpectedLeast[std::min<std::size_t>(end - begin, kExpectedLeast.size() - 1)];
+    for (int x = 0; x < width_; ++x) {
+        const double noise_dn = std::sqrt(sample_variance(noise_, least[x]));
+        background_[x] = static_cast<float>(least[x]) + raise * static_cast<float>(noise_dn);
+    }
+    set_thresholds();
+}
+
+template <typename T>
+void PixelTracker<T>::set_thresholds() {
+    const auto read = noise_.read_noise_e / noise_.gain_e_per_dn;
+    const auto floor = static_cast<float>(read * read + 1.0 / 12.0);
+    const auto gain = static_cast<float>(1.0 / noise_.gain_e_per_dn);
+    const auto black = static_cast<float>(noise_.black_dn);
+    const auto share = static_cast<float>(std::max(kDetectionShare * options_.min_snr, 3.5));
+    const auto least = static_cast<float>(0.5 * options_.min_amplitude_dn);
+    const auto full = static_cast<float>(full_scale_);
+    for (int x = 0; x < width_; ++x) {
+        const float variance = floor + gain * std::max(background_[x] - black, 0.0f);
+        const float margin = std::max(share * std::sqrt(variance), least);
+        threshold_[x] = static_cast<T>(static_cast<int>(std::min(background_[x] + margin, full)));
+    }
+}
+
+/// The tight loop: nearly all blocks of a row hold nothing above its threshold.
+template <typename T>
+void PixelTracker<T>::find_above(const T* row) {
+    above_.clear();
+    const T* threshold = threshold_.data();
+    const auto full = static_cast<T>(full_scale_);
+    for (int begin = 0; begin < width_; begin += kBlock) {
+        const int end = std::min(begin + kBlock, width_);
+        T any = 0, highest = 0;
+        for (int x = begin; x < end; ++x) {
+            any = static_cast<T>(any | (row[x] > threshold[x] ? T{1} : T{0}));
+            highest = std::max(highest, row[x]);
+        }
+        if (highest == full)
+            saturated_samples +=
+                static_cast<std::uint32_t>(std::count(row + begin, row + end, full));
+        if (any == 0) continue;
+        for (int x = begin; x < end; ++x)
+            if (row[x] > threshold[x]) above_.push_back(x);
+    }
+}
+
+/// Joins the pixels above with the windows that are open, both ascending in x.
+template <typename T>
+void PixelTracker<T>::follow(const FrameStore& frames, int k) {
+    still_open_.clear();
+    std::size_t a = 0;
+    const auto open_new = [&](int x) { still_open_.push_back({x, k, k}); };
+    for (Open open : open_) {
+        while (a < above_.size() && above_[a] < open.x) open_new(above_[a++]);
+        const bool above = a < above_.size() && above_[a] == open.x;
+        if (above) {
+            open.last_above = k;
+            ++a;
+        }
+        if (k - open.first_above >= options_.max_pulse_frames) {
+            // No pulse but another light: the pixel starts anew from here.
+            background_[open.x] = static_cast<float>(row_of<T>(frames.at(k), y_)[open.x]);
+            continue;
+        }
+        const int tail = std::min(open.lead(), options_.history_frames);
+        if (!above && k - open.last_above >= tail)
+            close(frames, open, k + 1, false);
+        else
+            still_open_.push_back(open);
+    }
+    while (a < above_.size()) open_new(above_[a++]);
+    std::swap(open_, still_open_);
+}
+
+template <typename T>
+void PixelTracker<T>::close(const FrameStore& frames, const Open& open, int end,
+                            bool at_sequence_end) {
+    PixelWindow window;
+    window.x = open.x;
+    window.y = y_;
+    window.begin = std::max(
+        {open.first_above - std::min(open.lead(), options_.history_frames), frames.first(), 0});
+    window.end = end;
+    window.background = background_[open.x];
+    window.at_sequence_end = at_sequence_end;
+    const double margin = static_cast<double>(threshold_[open.x]) + 1.0 - background_[open.x];
+    const double samples = effective_samples(frames, window, noise_, 2.0 * margin);
+    if (samples > 0) {
+        const auto bin = static_cast<std::size_t>((samples - 1.0) / 0.05 + 0.5);
+        ++effective[std::min(bin, effective.size() - 1)];
+    }
+    fit_window(frames, window, noise_, options_, pulses);
+}
+
+template <typename T>
+void PixelTracker<T>::finish(const FrameStore& frames) {
+    for (const Open& open : open_) close(frames, open, frames.count(), true);
+    open_.clear();
+}
+
+template <typename T>
+int PixelTracker<T>::oldest_needed(int otherwise) const {
+    int oldest = otherwise;
+    for (const Open& open : open_)
+        oldest = std::min(oldest, open.first_above - options_.history_frames);
+    return std::max(oldest, 0);
+}
+
+/// Towards the batch's mean where nothing is open; down at once where the light has fallen.
+template <typename T>
+void PixelTracker<T>::update_backgrounds(const FrameStore& frames, int begin, int end) {
+    thread_local std::vector<float> mean;
+    thread_local std::vector<float> kept;
+    mean.assign(static_cast<std::size_t>(width_), 0.0f);
+    for (int k = begin; k < end; ++k) {
+        const T* row = row_of<T>(frames.at(k), y_);
+        for (int x = 0; x < width_; ++x) mean[x] += static_cast<float>(row[x]);
+    }
+    kept.clear();
+    for (const Open& open : open_) kept.push_back(background_[open.x]);
+    const float scale = 1.0f / static_cast<float>(end - begin);
+    for (int x = 0; x < width_; ++x) {
+        const float delta = mean[x] * scale - background_[x];
+        const float margin = static_cast<float>(threshold_[x]) - background_[x];
+        const float step = delta < -margin ? delta : kAdaptation * std::min(delta, margin);
+        background_[x] += step;
+    }
+    for (std::size_t i = 0; i < open_.size(); ++i) background_[open_[i].x] = kept[i];
+}
+
+template class PixelTracker<std::uint8_t>;
+template class PixelTracker<std::uint16_t>;
+
+}  // namespace stria

@@ -37,6 +37,7 @@ struct TriMesh {
 struct PointCloud {
     std::vector<Eigen::Vector3d> positions;
     std::vector<VertexAttribute> attributes;
+    std::size_t dropped = 0;  ///< points of the file without finite coordinates, left out
 };
 
 }  // namespace stria

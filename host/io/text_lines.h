@@ -30,6 +30,8 @@ class TextLines {
     /// The rest of the line, separators at its start left out.
     std::string_view rest();
 
+    /// Goes on after the first `bytes` of rest().
+    void skip(std::size_t bytes) { column_ += rest().substr(0, bytes).size(); }
     /// Next word of this line; empty at its end.
     std::string_view word();
     /// Next word as a number. Throws FileError that says that `what` was expected.

@@ -1,0 +1,22 @@
+#pragma once
+#include <functional>
+#include <string>
+
+namespace stria {
+
+/// How a piece of work ended in a process of its own.
+struct GuardedResult {
+    bool crashed = false;  ///< by a signal, or stopped after the time limit
+    std::string message;   ///< what the work returned, or the text of its exception
+    bool refused = false;  ///< it ended with a stria::Error
+    double seconds = 0;
+    double peak_mb = 0;  ///< greatest resident memory of the process
+};
+
+/// Runs `work` in a forked process; stops it after `limit_s`.
+GuardedResult run_guarded(const std::function<std::string()>& work, double limit_s = 20.0);
+
+/// Reads a mesh or points by the file's ending and says what was found.
+std::string describe_file(const std::string& path);
+
+}  // namespace stria

@@ -1,0 +1,38 @@
+// Text that describes a camera, a scanner, a plan or poses; the first byte says which.
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "host/core/errors.h"
+#include "host/io/model_io.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    if (size == 0) return 0;
+    const std::string text(reinterpret_cast<const char*>(data) + 1, size - 1);
+    try {
+        switch (data[0]) {
+            case 'c':
+                (void)stria::parse_camera(text, "camera.toml");
+                break;
+            case 's':
+                (void)stria::parse_scanner(text, "scanner.toml");
+                break;
+            case 'l':
+                (void)stria::parse_plan(text, "plan.toml");
+                break;
+            case 'p':
+                (void)stria::parse_poses(text, "poses.toml");
+                break;
+            case 'f':
+                (void)stria::parse_poses(text, "bun.conf");
+                break;
+            case 'm':
+                (void)stria::parse_poses(text, "scan.txt");
+                break;
+            default:
+                break;
+        }
+    } catch (const stria::Error&) {
+    }
+    return 0;
+}

@@ -4,4 +4,8 @@
 #include "host/cli/command.h"
 
 /// One maker a verb, each in its own file verb_NAME.cpp; verbs.cpp lists them in --help's order.
-namespace stria {}  // namespace stria
+namespace stria {
+
+std::unique_ptr<Verb> make_mesh_convert_verb();
+
+}  // namespace stria

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "host/io/model_io.h"
 #include "sim/machine.h"
 #include "sim/nominal_model.h"
 #include "sim/random.h"
@@ -49,6 +50,10 @@ ScannerModel SimulatedScanner::truth_model() const { return stria::truth_model(s
 
 ScannerModel SimulatedScanner::nominal_model() const {
     return stria::nominal_model(scene(), content_->machine.seed);
+}
+
+std::string SimulatedScanner::nominal_model_text() const {
+    return format_scanner(nominal_model());
 }
 
 RangeImage SimulatedScanner::true_range(std::span<const double> frame_s) const {

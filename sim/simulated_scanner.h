@@ -44,6 +44,8 @@ class SimulatedScanner {
     ScannerModel truth_model() const;
     /// The design, seeded errors included: what the device may state about itself.
     ScannerModel nominal_model() const;
+    /// The same as scanner.toml.
+    std::string nominal_model_text() const;
 
     /// What a perfect scan of the present view would hold, scan frame. Swept: the first surface
     /// point of each pixel centre that the laser reaches as well, s the position where the sheet

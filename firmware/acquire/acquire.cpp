@@ -129,6 +129,7 @@ class Run {
             if (result && !step) result = step;
         };
         then(lasers_off());
+        sink_.take_status(status_now());
         then(devices_.axis.stop());
         then(devices_.camera.stop());
         recorder.append_log(devices_.axis.take_log());
@@ -144,6 +145,7 @@ class Run {
         if (Status done = devices_.camera.configure({pass.exposure_ns, pass.frame_period_ns});
             !done)
             return done;
+        recorder.begin_sweep(devices_.clock.now());
         if (Status done = devices_.axis.start_sweep(pass.from, pass.to, pass.speed); !done)
             return done;
         if (Status done = devices_.camera.start(); !done) return done;

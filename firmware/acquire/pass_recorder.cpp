@@ -7,12 +7,15 @@
 namespace stria {
 namespace {
 
-/// Position at `time_ns`; after the log's end its last slope goes on. Empty before its beginning.
-std::optional<double> expected_position(const AxisLog& log, TimeNs time_ns) {
+/// Position at `time_ns`, later than begin_ns; after the log's end its last slope goes on, if it is
+/// one of the sweep. Empty where nothing is known.
+std::optional<double> expected_position(const AxisLog& log, TimeNs begin_ns, TimeNs time_ns) {
+    if (time_ns < begin_ns) return std::nullopt;
     if (const auto state = position_at(log, time_ns)) return state->s;
-    if (log.samples.size() < 2 || time_ns < log.samples.front().t_ns) return std::nullopt;
+    if (log.samples.size() < 2) return std::nullopt;
     const AxisSample& a = log.samples[log.samples.size() - 2];
     const AxisSample& b = log.samples.back();
+    if (a.t_ns <= begin_ns) return std::nullopt;
     const double slope = (b.s - a.s) / static_cast<double>(b.t_ns - a.t_ns);
     return b.s + slope * static_cast<double>(time_ns - b.t_ns);
 }
@@ -40,7 +43,7 @@ PassRecorder::PassRecorder(const ScanPlan& plan, const SweepPass& pass, const Ca
 void PassRecorder::append_log(const AxisLog& log) { append(log_, log); }
 
 PassRecorder::Place PassRecorder::place_of(const Frame& frame) const {
-    const auto s = expected_position(log_, frame.row_time(frame.height / 2));
+    const auto s = expected_position(log_, begin_ns_, frame.row_time(frame.height / 2));
     if (!s) return Place::before;
     const double direction = pass_.to > pass_.from ? 1.0 : -1.0;
     const double slack = 1e-6 * plan_.step;

@@ -14,6 +14,8 @@ class PassRecorder {
     PassRecorder(const ScanPlan& plan, const SweepPass& pass, const CameraInfo& camera,
                  const AcquireOptions& options);
 
+    /// The axis begins its sweep now; what was before is the way to its start.
+    void begin_sweep(TimeNs now_ns) { begin_ns_ = now_ns; }
     /// Positions in ascending time; those not later than the last one are left out.
     void append_log(const AxisLog& log);
     /// Where the axis was at the middle of the frame, as far as the log so far tells (it may end a
@@ -34,6 +36,7 @@ class PassRecorder {
     const ScanPlan& plan_;
     SweepPass pass_;
     AxisLog log_;
+    TimeNs begin_ns_ = 0;
     std::optional<SpatialAnalyser> spatial_;
     std::optional<SpacetimeAnalyser> spacetime_;
     std::optional<std::uint32_t> last_sequence_;

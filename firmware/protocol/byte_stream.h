@@ -38,12 +38,13 @@ class ByteStream {
 
 /// One message, header and payload checked. Empty if the stream closed between two messages, or if
 /// nothing at all came within `idle_timeout` (then `timed_out` is set). Once its first byte has
-/// arrived, a message must keep coming: a pause of 10 s is a failure.
+/// arrived, a message must keep coming: a longer pause is a failure.
 struct ReadMessage {
     std::optional<RawMessage> message;
     bool timed_out = false;
 };
-Result<ReadMessage> read_message(ByteStream& stream, Milliseconds idle_timeout);
+Result<ReadMessage> read_message(ByteStream& stream, Milliseconds idle_timeout,
+                                 Milliseconds longest_pause = Milliseconds(10'000));
 
 /// Header and payload.
 Status write_message(ByteStream& stream, const RawMessage& message, Milliseconds timeout);

@@ -63,7 +63,7 @@ Result<MessageHeader> decode_header(std::span<const std::uint8_t, kHeaderBytes> 
     const std::uint16_t type = get16(&bytes[8]);
     if (!is_known(type)) return bad(8, "type", "1 to 7, 16 or 17", type);
     MessageHeader header;
-    header.channel = static_cast<Channel>(bytes[6]);
+    header.channel = static_cast<WireChannel>(bytes[6]);
     header.type = static_cast<MessageType>(type);
     header.length = get32(&bytes[12]);
     header.session = get32(&bytes[16]);
@@ -83,7 +83,7 @@ Status check_payload(const MessageHeader& header, std::span<const std::uint8_t> 
     return {};
 }
 
-RawMessage make_raw(Channel channel, MessageType type, Bytes payload, std::uint32_t session,
+RawMessage make_raw(WireChannel channel, MessageType type, Bytes payload, std::uint32_t session,
                     std::uint32_t sequence) {
     assert(payload.size() <= kMaxPayloadBytes);
     RawMessage message;

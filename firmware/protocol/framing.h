@@ -20,7 +20,7 @@ constexpr std::size_t kHeaderBytes = 32;
 constexpr std::uint32_t kMaxPayloadBytes = 64U << 20;
 constexpr std::uint16_t kProtocolVersion = 1;
 
-enum class Channel : std::uint8_t { control = 0, data = 1, health = 2 };
+enum class WireChannel : std::uint8_t { control = 0, data = 1, health = 2 };
 
 enum class MessageType : std::uint16_t {
     snapshot = 1,
@@ -35,7 +35,7 @@ enum class MessageType : std::uint16_t {
 };
 
 struct MessageHeader {
-    Channel channel = Channel::data;
+    WireChannel channel = WireChannel::data;
     MessageType type = MessageType::end;
     std::uint32_t length = 0;       ///< bytes of payload
     std::uint32_t session = 0;      ///< one number a run
@@ -61,7 +61,7 @@ Status check_payload(const MessageHeader& header, std::span<const std::uint8_t> 
 
 /// A message of that payload with length and CRC filled in. Precondition: payload within
 /// kMaxPayloadBytes.
-RawMessage make_raw(Channel channel, MessageType type, Bytes payload, std::uint32_t session,
+RawMessage make_raw(WireChannel channel, MessageType type, Bytes payload, std::uint32_t session,
                     std::uint32_t sequence);
 
 }  // namespace stria

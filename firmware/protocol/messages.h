@@ -143,11 +143,11 @@ constexpr std::uint8_t kSelectHealth = 2;
 struct Request {
     std::uint32_t id = 0;  ///< chosen by the client, repeated in the response
     RequestVerb verb = RequestVerb::heartbeat;
-    std::string client;
+    std::string client = {};
     Role role = Role::watch;
-    std::string name;
-    FeatureValue value;
-    std::optional<ScanPlan> plan;
+    std::string name = {};
+    FeatureValue value = {};
+    std::optional<ScanPlan> plan = {};
     std::uint64_t credit_bytes = 0;
     std::uint32_t run = 0;
     std::uint8_t channels = 0;  ///< sum of kSelect...

@@ -61,6 +61,8 @@ class RecordingReader {
     static Result<RecordingReader> open(const std::string& path);
 
     const Snapshot& snapshot() const { return snapshot_; }
+    /// The snapshot's message as it was written.
+    const RawMessage& snapshot_message() const { return snapshot_message_; }
     /// The next message after the snapshot that can be used; empty at the end of what is whole.
     /// A message whose payload is damaged is passed over and noted; a torn tail, or a damaged
     /// header (what follows it cannot be found), ends the recording and is noted. Fails if the disk
@@ -83,6 +85,7 @@ class RecordingReader {
     std::uint64_t offset_ = 0;
     bool at_end_ = false;
     Snapshot snapshot_;
+    RawMessage snapshot_message_;
     std::vector<std::string> notes_;
     std::size_t further_notes_ = 0;
 };

@@ -26,7 +26,7 @@ Result<RecordingReader> RecordingReader::open(const std::string& path) {
     reader.file_.reset(std::fopen(path.c_str(), "rb"));
     if (!reader.file_) return Failure{path + ": " + std::strerror(errno)};
 
-    const auto first = reader.next_raw();
+    auto first = reader.next_raw();
     if (!first) return first.failure();
     const std::string why = reader.notes_.empty() ? "the file is empty" : reader.notes_.front();
     if (!*first)
@@ -39,6 +39,7 @@ Result<RecordingReader> RecordingReader::open(const std::string& path) {
         return Failure{path + ": " + at_byte(kHeaderBytes) + ": " + message.failure().message,
                        kHeaderBytes};
     reader.snapshot_ = std::get<Snapshot>(std::move(*message));
+    reader.snapshot_message_ = std::move(**first);
     return reader;
 }
 

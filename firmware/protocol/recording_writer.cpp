@@ -42,7 +42,7 @@ Status RecordingWriter::put(MessageType type, const T& message) {
     if (payload.size() > kMaxPayloadBytes)
         return Failure{path_ + ": a message of " + std::to_string(payload.size()) +
                        " bytes: expected at most 67108864"};
-    return write_raw(make_raw(Channel::data, type, std::move(payload), session_, sequence_++));
+    return write_raw(make_raw(WireChannel::data, type, std::move(payload), session_, sequence_++));
 }
 
 Status RecordingWriter::write(const Frame& frame) { return put(MessageType::frame, frame); }

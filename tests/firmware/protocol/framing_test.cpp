@@ -10,7 +10,7 @@ namespace {
 using HeaderBytes = std::array<std::uint8_t, kHeaderBytes>;
 
 MessageHeader some_header() {
-    return {.channel = Channel::health,
+    return {.channel = WireChannel::health,
             .type = MessageType::health,
             .length = 0x01020304,
             .session = 0x11121314,
@@ -59,7 +59,7 @@ TEST(Framing, RefusesWhatItDoesNotKnowEvenWithARightCrc) {
 }
 
 TEST(Framing, PayloadMustHaveItsLengthAndCrc) {
-    RawMessage message = make_raw(Channel::data, MessageType::end, {1, 2, 3}, 7, 8);
+    RawMessage message = make_raw(WireChannel::data, MessageType::end, {1, 2, 3}, 7, 8);
     EXPECT_TRUE(check_payload(message.header, message.payload));
     message.payload[1] ^= 4;
     EXPECT_FALSE(check_payload(message.header, message.payload));

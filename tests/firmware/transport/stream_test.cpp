@@ -60,7 +60,7 @@ TEST_P(Stream, CarriesManyMessagesBothWaysAtOnce) {
     const auto send = [&](ByteStream& stream) {
         for (std::uint32_t i = 0; i < 5; ++i)
             ASSERT_TRUE(write_message(
-                stream, make_raw(Channel::data, MessageType::frame, big, 1, i), kLong));
+                stream, make_raw(WireChannel::data, MessageType::frame, big, 1, i), kLong));
     };
     const auto receive = [&](ByteStream& stream) {
         for (std::uint32_t i = 0; i < 5; ++i) {
@@ -121,7 +121,7 @@ TEST_P(Stream, CloseWakesAReader) {
 }
 
 TEST_P(Stream, AMessageThatBreaksOffIsAFailure) {
-    const RawMessage message = make_raw(Channel::data, MessageType::end, Bytes(100), 1, 0);
+    const RawMessage message = make_raw(WireChannel::data, MessageType::end, Bytes(100), 1, 0);
     const auto header = encode_header(message.header);
     ASSERT_TRUE(ends_.server->write_all(header, kLong));
     ASSERT_TRUE(ends_.server->write_all(Bytes(40), kLong));

@@ -336,6 +336,21 @@ bool is_certain(const FitSamples& samples, const GaussianFit& fit) {
     return true;
 }
 
+/// True if some sample between the two pulses lies clearly below the lower one's height.
+bool has_valley(const FitSamples& samples, const GaussianFit& two) {
+    const double low = std::min(two.position[0], two.position[1]);
+    const double high = std::max(two.position[0], two.position[1]);
+    double top_low = 0, top_high = 0, valley = 1e300;
+    for (int i = 0; i < samples.count; ++i) {
+        const double x = samples.x[i], y = samples.y[i];
+        if (std::abs(x - low) < two.width) top_low = std::max(top_low, y);
+        if (std::abs(x - high) < two.width) top_high = std::max(top_high, y);
+        if (x > low && x < high) valley = std::min(valley, y);
+    }
+    const double lower_top = std::min(top_low, top_high);
+    return valley - two.background < 0.8 * (lower_top - two.background);
+}
+
 }  // namespace
 
 GaussianFit fit_one_gaussian(const FitSamples& samples, const SensorNoise& noise, double full_scale,
@@ -374,6 +389,9 @@ GaussianFit fit_pulses(const FitSamples& samples, const SensorNoise& noise, doub
     const double separation = std::abs(two.position[0] - two.position[1]);
     const double smallest = std::max(min_amplitude, 0.05 * two.amplitude[0]);
     if (separation < two.width || two.amplitude[1] < smallest) return one;
+    // A flat-topped profile is also better described by two Gaussians: where even those do not
+    // explain the samples, two pulses need a valley between them.
+    if (significant_misfit(two) && !has_valley(samples, two)) return one;
     const double scale = std::max(two.chi_square, 1.0);
     const double penalty = 2.0 * std::log(static_cast<double>(samples.count));  // 2 parameters
     return (one.deviance - two.deviance) / scale > penalty ? two : one;

@@ -18,37 +18,58 @@ void require(bool holds, const char* field, double value, const char* bound) {
                                     std::to_string(value) + ": expected " + bound);
 }
 
-/// True if peak b of the next row (or the one after) continues the stripe of peak a.
+/// True if peak b, at most two rows further, continues the stripe of peak a.
 bool continues(const Pulse& a, const Pulse& b) {
-    return std::abs(a.u - b.u) <= std::max(2.0f, a.width + b.width);
+    const float reach = std::max(2.0f, 0.5f * (a.width + b.width));
+    return std::abs(a.u - b.u) <= reach && a.width < 2 * b.width && b.width < 2 * a.width &&
+           a.amplitude < 3 * b.amplitude && b.amplitude < 3 * a.amplitude;
 }
 
-/// Removes peaks through which no chain of `min_rows` rows leads; one missing row is bridged.
-void drop_short_runs(std::vector<Pulse>& peaks, int min_rows) {
+/// Rows of the longest chain of peaks through each peak; one missing row is bridged.
+std::vector<int> chain_lengths(const std::vector<Pulse>& peaks) {
     const std::size_t n = peaks.size();
-    std::vector<int> up(n, 1), down(n, 1);  // rows of the longest chain ending / starting here
+    std::vector<int> above(n, 1), below(n, 1);  // of the longest chain that ends / starts here
     const auto row = [&](std::size_t i) { return static_cast<int>(peaks[i].v); };
     std::size_t begin = 0;
     for (std::size_t i = 0; i < n; ++i) {
         while (row(begin) < row(i) - 2) ++begin;
         for (std::size_t k = begin; k < i && row(k) < row(i); ++k)
-            if (continues(peaks[k], peaks[i])) up[i] = std::max(up[i], up[k] + 1);
+            if (continues(peaks[k], peaks[i])) above[i] = std::max(above[i], above[k] + 1);
     }
     std::size_t end = n;
     for (std::size_t i = n; i-- > 0;) {
         while (row(end - 1) > row(i) + 2) --end;
         for (std::size_t k = end; k-- > i + 1 && row(k) > row(i);)
-            if (continues(peaks[i], peaks[k])) down[i] = std::max(down[i], down[k] + 1);
+            if (continues(peaks[i], peaks[k])) below[i] = std::max(below[i], below[k] + 1);
     }
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < n; ++i)
-        if (up[i] + down[i] - 1 >= min_rows) peaks[kept++] = peaks[i];
-    peaks.resize(kept);
+    for (std::size_t i = 0; i < n; ++i) above[i] += below[i] - 1;
+    return above;
+}
+
+/// Of each row the peaks on the longest chains, at most `most`, in their old order; none on a chain
+/// shorter than `min_rows`. A stripe is long, what looks like one in a row or two is clutter.
+void keep_long_chains(std::vector<Pulse>& peaks, int min_rows, int most) {
+    const std::vector<int> length = chain_lengths(peaks);
+    std::vector<Pulse> kept;
+    for (std::size_t begin = 0, end; begin < peaks.size(); begin = end) {
+        end = begin;
+        while (end < peaks.size() && peaks[end].v == peaks[begin].v) ++end;
+        for (std::size_t i = begin; i < end; ++i) {
+            if (length[i] < min_rows) continue;
+            int better = 0;
+            for (std::size_t k = begin; k < end; ++k)
+                better += length[k] > length[i] || (length[k] == length[i] && k < i);
+            if (better < most) kept.push_back(peaks[i]);
+        }
+    }
+    peaks = std::move(kept);
 }
 
 void find_in_rows(const Frame& frame, const SensorNoise& noise, const SpatialOptions& options,
                   int begin, int end, std::vector<Pulse>& peaks) {
-    RowPeakFinder finder(frame.width, frame.full_scale(), noise, options);
+    SpatialOptions of_row = options;
+    if (options.min_run_rows > 1) of_row.max_peaks_per_row = kMaxPulsesPerCell;  // chains choose
+    RowPeakFinder finder(frame.width, frame.full_scale(), noise, of_row);
     for (int y = begin; y < end; ++y) {
         const std::size_t first = peaks.size();
         if (frame.bits > 8)
@@ -109,7 +130,8 @@ std::vector<Pulse> find_peaks(const Frame& frame, const SensorNoise& noise,
     std::vector<Pulse> peaks = std::move(of_band[0]);
     for (std::size_t band = 1; band < of_band.size(); ++band)
         peaks.insert(peaks.end(), of_band[band].begin(), of_band[band].end());
-    if (options.min_run_rows > 1) drop_short_runs(peaks, options.min_run_rows);
+    if (options.min_run_rows > 1)
+        keep_long_chains(peaks, options.min_run_rows, options.max_peaks_per_row);
     return peaks;
 }
 

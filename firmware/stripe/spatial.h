@@ -16,7 +16,8 @@ struct SpatialOptions {
     double min_width_px = 0.4;    ///< Gaussian standard deviation; fits that end there are flagged
     double max_width_px = 12.0;   ///< above is a shape of the scene, not a stripe
     double max_misfit = 0.2;      ///< rms residual over amplitude above which it is no stripe
-    int min_run_rows = 1;         ///< peaks with no chain of so many rows through them are dropped
+    int min_run_rows = 1;         ///< above 1: of a row the peaks on the longest chains through
+                                  ///< neighbouring rows are kept, none on a shorter chain
     int threads = 1;              ///< bands of rows; the result does not depend on it
     int sequence_step = 1;        ///< analyser: its frames are every so-manieth of the camera
 

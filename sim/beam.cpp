@@ -46,6 +46,11 @@ double oren_nayar(const Eigen::Vector3d& normal, const Eigen::Vector3d& to_light
     return a + b * std::max(0.0, cos_between) * sin_tan;
 }
 
+HeadPose head_pose(const Channel& channel, double s) {
+    const Rigid3 world_from_camera = scan_from_camera(channel, s);
+    return {world_from_camera, world_from_camera.inverse()};
+}
+
 Beam::Beam(const Scene& scene) : channel_(scene.channel) {
     const MirrorAxis& mirror = channel_.axis.mirror;
     mirror_along_ = mirror.direction.dot(mirror.normal0) * mirror.direction;
@@ -129,33 +134,37 @@ std::optional<BeamAtPoint> Beam::passing(const SurfaceHit& hit, double guess) co
     return beam;
 }
 
-BeamAtPoint Beam::beside(const SurfaceHit& hit, double s) const {
+BeamAtPoint Beam::beside(const SurfaceHit& hit, const HeadPose& head, double travel,
+                         double pixels) const {
     const LaserSheet& sheet = channel_.sheet;
-    const Rigid3 world_from_camera = scan_from_camera(channel_, s);
-    const Rigid3 camera_from_world = world_from_camera.inverse();
-    const Eigen::Vector3d p = camera_from_world * hit.point;
+    const Eigen::Vector3d p = head.camera_from_world * hit.point;
     const double sigma_mm = sigma_at(sheet, p);
-
     BeamAtPoint beam;
     beam.position = signed_distance(sheet, p);
     beam.per_position = 1 / sigma_mm;
-    beam.rate = rate(hit, world_from_camera, p, sheet.apex, sigma_mm);
-    beam.light_in_world = world_from_camera * sheet.apex;
 
     // The part's velocity (camera frame, per unit of s), and how it moves the hit along the ray.
     const Eigen::Vector3d velocity =
         channel_.axis.kind == MachineKind::rail
             ? Eigen::Vector3d(-channel_.axis.rail.direction)
-            : Eigen::Vector3d(camera_from_world.rotation *
+            : Eigen::Vector3d(head.camera_from_world.rotation *
                               Eigen::Vector3d::UnitZ().cross(hit.point));
-    const Eigen::Vector3d normal = camera_from_world.rotation * hit.normal.cast<double>();
+    const Eigen::Vector3d normal = head.camera_from_world.rotation * hit.normal.cast<double>();
     const double across = normal.dot(p);
-    if (std::abs(across) > 1e-9 * p.norm()) {
-        const Eigen::Vector3d along_ray = p * (normal.dot(velocity) / across);
-        const double h = 1e-4 * p.norm() / std::max(1e-12, along_ray.norm());
-        beam.per_s = (signed_distance(sheet, p + h * along_ray) - beam.position) / (h * sigma_mm);
-    }
+    double speed = 0;  // along the ray, as a multiple of p
+    if (std::abs(across) > 1e-9 * p.norm()) speed = normal.dot(velocity) / across;
+    // The distance changes by at most |speed| |p| per unit of s.
+    const double reach_mm = 6 * sigma_mm + pixels * p.norm() / channel_.camera.fx +
+                            std::abs(speed) * p.norm() * travel / 2;
+    beam.is_near = std::abs(beam.position) < reach_mm || travel == 0;
+    if (!beam.is_near) return beam;
+
+    const double h = 1e-4 / std::max(1e-12, std::abs(speed));
+    if (speed != 0)
+        beam.per_s = (signed_distance(sheet, p * (1 + h * speed)) - beam.position) / (h * sigma_mm);
     if (std::abs(beam.per_s) < kSlowestPerS) beam.per_s = kSlowestPerS;
+    beam.rate = rate(hit, head.world_from_camera, p, sheet.apex, sigma_mm);
+    beam.light_in_world = head.world_from_camera * sheet.apex;
     return beam;
 }
 

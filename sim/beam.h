@@ -16,9 +16,16 @@ struct BeamAtPoint {
     /// The same per unit of s, the pixel kept, not 0. Swept: positive. Others: signed, so that the
     /// distance in standard deviations is per_position * position + per_s * (change of s).
     double per_s = 0;
-    double rate = 0;  ///< electrons a second from the beam's centre at power 1; 0: unlit
+    bool is_near = true;  ///< per_s and rate are known
+    double rate = 0;      ///< electrons a second from the beam's centre at power 1; 0: unlit
     Eigen::Vector3d light_in_world = Eigen::Vector3d::Zero();  ///< where the light comes from
 };
+
+/// Camera and laser against the scene at one axis position.
+struct HeadPose {
+    Rigid3 world_from_camera, camera_from_world;
+};
+HeadPose head_pose(const Channel& channel, double s);
 
 /// The laser of a scene: where it shines and how strongly a pixel sees it. Peak irradiance of the
 /// sheet P / (fan r sqrt(2 pi) sigma) (a fan of even radiant intensity), reflection by Oren and
@@ -30,9 +37,12 @@ class Beam {
     /// For a swept machine: where in its travel the sheet passes the point. Newton steps from
     /// `guess`; empty if it passes outside the travel (half a travel to each side granted).
     std::optional<BeamAtPoint> passing(const SurfaceHit& hit, double guess) const;
-    /// For a rail or table at s: the sheet beside the point. per_s follows the pixel's ray as the
-    /// surface, flat near the point, moves through it.
-    BeamAtPoint beside(const SurfaceHit& hit, double s) const;
+    /// For a rail or table at one s: the sheet beside the point. per_s follows the pixel's ray as
+    /// the surface, flat near the point, moves through it. Beyond `pixels` of the point's distance
+    /// and 6 standard deviations and what the axis travels (`travel` units of s about it), only
+    /// `position` and `per_position` are worked out and is_near is false.
+    BeamAtPoint beside(const SurfaceHit& hit, const HeadPose& head, double travel = 0,
+                       double pixels = 0) const;
 
     /// Electrons a second of a pixel that sees albedo 1 in ambient light.
     double ambient_rate() const { return ambient_rate_; }

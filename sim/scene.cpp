@@ -164,6 +164,7 @@ Scene built_in_scene() {
     sheet.apex = mirror_centre + Eigen::Vector3d(60, 0, 0);
     sheet.central_ray = -Eigen::Vector3d::UnitX();
     sheet.normal = Eigen::Vector3d::UnitZ();
+    sheet.offset_mm = sheet.normal.dot(sheet.apex);
     sheet.fan_rad = 0.9;
     sheet.waist_sigma_mm = 0.22;
     sheet.waist_at_mm = 480;

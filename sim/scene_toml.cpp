@@ -29,7 +29,8 @@ Eigen::Vector2d vector2(TomlTable& table, const std::string& key) {
 Eigen::Vector3d direction(TomlTable& table, const std::string& key) {
     const Eigen::Vector3d v = vector3(table, key);
     if (!(v.norm() > 1e-9) || !v.allFinite()) table.refuse(key, "expected a direction, found zero");
-    return v.normalized();
+    return std::abs(v.norm() - 1) < 1e-12 ? v
+                                          : v.normalized();  // written ones come back as they were
 }
 
 Rigid3 rigid(TomlTable& table, const std::string& key) {
@@ -42,7 +43,7 @@ Rigid3 rigid(TomlTable& table, const std::string& key) {
     }
     if (!is_rigid(motion, 1e-4) || m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1)
         table.refuse(key, "expected 16 numbers of a rigid motion, row by row");
-    motion.rotation = nearest_rotation(motion.rotation);
+    if (!is_rigid(motion, 1e-12)) motion.rotation = nearest_rotation(motion.rotation);
     return motion;
 }
 
@@ -219,7 +220,7 @@ void parse_extras(TomlTable& root, Scene& scene) {
 
 std::string word(double value) {
     char buffer[32];
-    const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+    const auto end = std::to_chars(buffer, buffer + sizeof buffer, value + 0.0).ptr;  // no "-0"
     return {buffer, end};
 }
 

@@ -29,18 +29,14 @@ Station station_for(const Channel& channel, double s) {
 class RowOfFrame {
   public:
     RowOfFrame(const Scene& scene, const SceneGeometry& geometry, const Beam& beam, double s)
-        : scene_(scene),
-          geometry_(geometry),
-          beam_(beam),
-          s_(s),
-          scan_(scan_from_camera(scene.channel, s)) {}
+        : scene_(scene), geometry_(geometry), beam_(beam), head_(head_pose(scene.channel, s)) {}
 
     std::vector<SurfaceHit> lit_points(int row) const {
         const auto width = static_cast<std::size_t>(scene_.channel.camera.width);
         std::vector<Eigen::Vector3d> directions(width);
         std::vector<SurfaceHit> hits(width);
         for (std::size_t x = 0; x < width; ++x) directions[x] = ray(static_cast<double>(x), row);
-        geometry_.first_hits(scan_.translation, directions, hits);
+        geometry_.first_hits(head_.world_from_camera.translation, directions, hits);
         std::vector<SurfaceHit> found;
         double before = 0;
         for (std::size_t x = 0; x < width; ++x) {
@@ -54,10 +50,10 @@ class RowOfFrame {
 
   private:
     Eigen::Vector3d ray(double u, double v) const {
-        return scan_.rotation * ray_through(scene_.channel.camera, {u, v});
+        return head_.world_from_camera.rotation * ray_through(scene_.channel.camera, {u, v});
     }
     double distance_of(const SurfaceHit& hit) const {
-        return signed_distance(scene_.channel.sheet, scan_.inverse() * hit.point);
+        return signed_distance(scene_.channel.sheet, head_.camera_from_world * hit.point);
     }
     /// Halves [u, u + 1] until the crossing is found; a jump in depth is none.
     void add_crossing(double u, int row, double at_u, std::vector<SurfaceHit>& found) const {
@@ -66,14 +62,14 @@ class RowOfFrame {
         double distance = 0;
         for (int i = 0; i < 40; ++i) {
             const double middle = (low + high) / 2;
-            hit = geometry_.first_hit(scan_.translation, ray(middle, row));
+            hit = geometry_.first_hit(head_.world_from_camera.translation, ray(middle, row));
             if (hit.object < 0) return;
             distance = distance_of(hit);
             if (std::abs(distance) < 1e-9) break;
             (distance * at_u > 0 ? low : high) = middle;
         }
         if (std::abs(distance) > 1e-6) return;
-        const BeamAtPoint light = beam_.beside(hit, s_);
+        const BeamAtPoint light = beam_.beside(hit, head_);
         if (light.rate > 0 && !geometry_.is_occluded(hit, light.light_in_world))
             found.push_back(hit);
     }
@@ -81,8 +77,7 @@ class RowOfFrame {
     const Scene& scene_;
     const SceneGeometry& geometry_;
     const Beam& beam_;
-    double s_;
-    Rigid3 scan_;
+    HeadPose head_;
 };
 
 }  // namespace

@@ -14,6 +14,7 @@ constexpr double kCrease = 0.1;    ///< second difference of the crossing, beam 
 constexpr double kContrast = 0.1;  ///< relative step of brightness between neighbours
 constexpr double kFinePart = 0.5;  ///< beam sigmas a part of the footprint may span
 constexpr int kMostParts = 8;
+constexpr double kBesidePixels = 6;  ///< of the sheet within which a pixel is looked at closely
 
 bool differs(float a, float b) {
     return std::abs(a - b) > static_cast<float>(kContrast) * std::max(a, b);
@@ -24,7 +25,7 @@ bool differs(float a, float b) {
 /// The axis position a picture belongs to, and how far the axis moves while it is taken.
 struct ViewLight::Moment {
     double s = 0, travel = 0;
-    Rigid3 world_from_camera;
+    HeadPose head;
 };
 
 ViewLight::ViewLight(const Scene& scene, const SceneGeometry& geometry)
@@ -43,11 +44,11 @@ ViewLight::ViewLight(const Scene& scene, const SceneGeometry& geometry)
 }
 
 std::vector<LightBlock> ViewLight::whole_sweep() const {
-    return collect({0, 0, scan_from_camera(beam_.channel(), 0)});
+    return collect({0, 0, head_pose(beam_.channel(), 0)});
 }
 
 std::vector<LightBlock> ViewLight::around(double s, double travel) const {
-    return collect({s, travel, scan_from_camera(beam_.channel(), s)});
+    return collect({s, travel, head_pose(beam_.channel(), s)});
 }
 
 RayLight ViewLight::judge(const SurfaceHit& hit, const Moment& moment, double guess) const {
@@ -64,12 +65,8 @@ RayLight ViewLight::judge(const SurfaceHit& hit, const Moment& moment, double gu
         if (!passing) return light;
         beam = *passing;
     } else {
-        beam = beam_.beside(hit, moment.s);
-        const double range_mm = (hit.point - moment.world_from_camera.translation).norm();
-        const double pixel_mm = range_mm / beam_.channel().camera.fx;
-        const double far =
-            6 + std::abs(beam.per_s) * moment.travel / 2 + 6 * pixel_mm * beam.per_position;
-        light.judged = std::abs(beam.position) * beam.per_position < far;
+        beam = beam_.beside(hit, moment.head, std::max(moment.travel, 1e-12), kBesidePixels);
+        light.judged = beam.is_near;
     }
     light.position = beam.position;
     light.per_position = static_cast<float>(beam.per_position);
@@ -84,9 +81,9 @@ void ViewLight::first_rays(const Moment& moment, int row, RayLight* lights) cons
     std::vector<Eigen::Vector3d> directions(width);
     std::vector<SurfaceHit> hits(width);
     for (std::size_t x = 0; x < width; ++x)
-        directions[x] =
-            moment.world_from_camera.rotation * rays_[static_cast<std::size_t>(row) * width + x];
-    geometry_.first_hits(moment.world_from_camera.translation, directions, hits);
+        directions[x] = moment.head.world_from_camera.rotation *
+                        rays_[static_cast<std::size_t>(row) * width + x];
+    geometry_.first_hits(moment.head.world_from_camera.translation, directions, hits);
     double guess = 0;
     for (std::size_t x = 0; x < width; ++x) {
         lights[x] = judge(hits[x], moment, guess);
@@ -166,29 +163,39 @@ void ViewLight::add_uneven(int x, int y, const Moment& moment, double guess,
     constexpr int kRays = kStrata * kStrata;
     Eigen::Vector3d directions[kRays];
     SurfaceHit hits[kRays];
+    // The lens bends rays so slowly that they are linear within a pixel (to 1e-6 px).
+    const auto ray_of = [&](int i, int j) -> Eigen::Vector3d {
+        return moment.head.world_from_camera.rotation *
+               rays_[static_cast<std::size_t>(std::clamp(j, 0, height_ - 1)) *
+                         static_cast<std::size_t>(width_) +
+                     static_cast<std::size_t>(std::clamp(i, 0, width_ - 1))];
+    };
+    const Eigen::Vector3d ray = ray_of(x, y);
+    const Eigen::Vector3d along_u =
+        (ray_of(x + 1, y) - ray_of(x - 1, y)) / (x > 0 && x < width_ - 1 ? 2 : 1);
+    const Eigen::Vector3d along_v =
+        (ray_of(x, y + 1) - ray_of(x, y - 1)) / (y > 0 && y < height_ - 1 ? 2 : 1);
     for (int j = 0; j < kStrata; ++j) {
         for (int i = 0; i < kStrata; ++i) {
             const double u = (i + (j + 0.5) / kStrata) / kStrata - 0.5;
             const double v = (j + (i + 0.5) / kStrata) / kStrata - 0.5;
-            directions[kStrata * j + i] =
-                moment.world_from_camera.rotation *
-                ray_through(beam_.channel().camera, Eigen::Vector2d(x + u, y + v));
+            directions[kStrata * j + i] = ray + u * along_u + v * along_v;
         }
     }
-    geometry_.first_hits(moment.world_from_camera.translation, directions, hits);
+    geometry_.first_hits(moment.head.world_from_camera.translation, directions, hits);
     const auto pixel = static_cast<std::uint32_t>((y - block.row_begin) * width_ + x);
     float ambient = 0;
     for (const SurfaceHit& hit : hits) {
-        const RayLight ray = judge(hit, moment, guess);
-        ambient += ray.ambient;
-        if (ray.rate <= 0) continue;
+        const RayLight seen = judge(hit, moment, guess);
+        ambient += seen.ambient;
+        if (seen.rate <= 0) continue;
         StripeLight light;
         light.pixel = pixel;
-        light.s0 = is_swept_ ? ray.position
-                             : moment.s - ray.position * static_cast<double>(ray.per_position) /
-                                              static_cast<double>(ray.per_s);
-        light.per_s = std::abs(ray.per_s);
-        light.rate = ray.rate / kRays;
+        light.s0 = is_swept_ ? seen.position
+                             : moment.s - seen.position * static_cast<double>(seen.per_position) /
+                                              static_cast<double>(seen.per_s);
+        light.per_s = std::abs(seen.per_s);
+        light.rate = seen.rate / kRays;
         block.lights.push_back(light);
     }
     block.ambient[pixel] = ambient / kRays;

@@ -122,6 +122,11 @@ void check_finite(const std::vector<Eigen::Vector3d>& positions, const std::stri
                             "expected finite coordinates");
 }
 
+/// Colours are written as bytes.
+bool is_colour(const VertexAttribute& attribute) {
+    return attribute.name == "colour" && attribute.components == 3;
+}
+
 std::string format_header(std::size_t vertices, std::size_t triangles,
                           const std::vector<VertexAttribute>& attributes, bool with_faces) {
     std::string text = "ply\nformat binary_little_endian 1.0\ncomment stria " STRIA_VERSION "\n";
@@ -129,9 +134,7 @@ std::string format_header(std::size_t vertices, std::size_t triangles,
     text += "property float x\nproperty float y\nproperty float z\n";
     for (const VertexAttribute& attribute : attributes)
         for (const std::string& name : component_names(attribute))
-            text += (name == "red" || name == "green" || name == "blue" ? "property uchar "
-                                                                        : "property float ") +
-                    name + "\n";
+            text += (is_colour(attribute) ? "property uchar " : "property float ") + name + "\n";
     if (with_faces)
         text += "element face " + std::to_string(triangles) +
                 "\nproperty list uchar int vertex_indices\n";
@@ -180,10 +183,9 @@ std::string format_ply(const std::vector<Eigen::Vector3d>& positions,
         for (int k = 0; k < 3; ++k) out.put_float(positions[i][k]);
         for (const VertexAttribute& attribute : attributes) {
             const auto n = static_cast<std::size_t>(attribute.components);
-            const bool colour = attribute.name == "colour" && n == 3;
             for (std::size_t k = 0; k < n; ++k) {
                 const float value = attribute.values[i * n + k];
-                if (colour)
+                if (is_colour(attribute))
                     out.put(byte_of(value));
                 else
                     out.put(value);

@@ -182,6 +182,14 @@ TEST(PlyMesh, CutsPolygonsIntoFansAndStrips) {
     EXPECT_EQ(strip.triangles, (decltype(strip.triangles){{0, 1, 2}, {2, 1, 3}, {2, 3, 4}}));
 }
 
+TEST(PlyMesh, WritesALoneRedAsANumber) {  // found by fuzzing: declared uchar, written float
+    TriMesh mesh;
+    mesh.positions = {{0, 0, 0}};
+    mesh.attributes.push_back({"red", 1, {3.5F}});
+    const std::string bytes = format_ply(mesh.positions, {}, mesh.attributes, true);
+    expect_attribute(parse_mesh(bytes, "a.ply"), mesh.attributes[0], 0.0F);
+}
+
 TEST(PlyMesh, RefusesWhatItCannotMean) {
     const std::string good =
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"

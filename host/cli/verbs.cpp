@@ -4,6 +4,8 @@ namespace stria {
 
 std::vector<std::unique_ptr<Verb>> all_verbs() {
     std::vector<std::unique_ptr<Verb>> verbs;
+    verbs.push_back(make_scan_verb());
+    verbs.push_back(make_range_verb());
     verbs.push_back(make_stripe_verb());
     verbs.push_back(make_mesh_convert_verb());
     return verbs;

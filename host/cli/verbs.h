@@ -6,6 +6,8 @@
 /// One maker a verb, each in its own file verb_NAME.cpp; verbs.cpp lists them in --help's order.
 namespace stria {
 
+std::unique_ptr<Verb> make_scan_verb();
+std::unique_ptr<Verb> make_range_verb();
 std::unique_ptr<Verb> make_stripe_verb();
 std::unique_ptr<Verb> make_mesh_convert_verb();
 

@@ -88,9 +88,10 @@ Scene empty_scene(const Channel& channel, unsigned seed) {
     scene.sensor.read_noise_e = 8;
     scene.sensor.gain_e_per_dn = 4300.0 / 255.0;
     scene.sensor.bits = 8;
+    scene.sensor.black_dn = 4;  // so that dark noise is not cut off
     scene.sensor.exposure_us = 2000;
     scene.sensor.min_frame_period_us = 4000;
-    scene.laser_power_mw = 30;
+    scene.laser_power_mw = 9;  // 0.85 of full scale on the light paint
     scene.axis = {.min = -0.2, .max = 0.2, .max_speed = 5, .sigma = 2e-6, .log_period_us = 500};
     scene.ambient_level = 0.05;
     return scene;

@@ -1,0 +1,267 @@
+#include "host/cli/demo/demo_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "calib/scanner_calibration.h"
+#include "host/cli/calibration_views.h"
+#include "host/cli/demo/demo_capture.h"
+#include "host/cli/demo/demo_scene.h"
+#include "host/cli/progress.h"
+#include "host/cli/recording_range.h"
+#include "host/core/errors.h"
+#include "host/fusion/fuse.h"
+#include "host/geometry/align.h"
+#include "host/geometry/parallel.h"
+#include "host/io/mesh_io.h"
+#include "host/io/model_io.h"
+#include "host/io/range_io.h"
+#include "host/local/open_device.h"
+#include "host/registration/coarse.h"
+#include "host/registration/joint.h"
+#include "sim/simulated_scanner.h"
+
+namespace stria {
+namespace {
+
+using Eigen::Vector3d;
+
+/// The folders of a run.
+struct Folders {
+    explicit Folders(const std::string& root)
+        : scenes(root + "/scenes"), boards(root + "/calibration"), part(root + "/part") {
+        for (const std::string& folder : {scenes, boards, part + "/scans"})
+            std::filesystem::create_directories(folder);
+    }
+    std::string scenes, boards, part;
+};
+
+std::unique_ptr<DeviceClient> open_scene(const std::string& scene, const Context& context) {
+    OpenOptions options;
+    options.seed = context.seed;
+    options.threads = thread_count();
+    return open_device("sim:" + scene, options);
+}
+
+std::vector<std::string> capture(const Context& context, DeviceClient& device, const char* title,
+                                 const ScanPlan& plan, int views, const std::string& folder) {
+    std::unique_ptr<Progress> progress;
+    return capture_views(device, plan, views, folder, [&](std::size_t done, std::size_t total) {
+        if (!progress) progress = std::make_unique<Progress>(context, title, total, "frames");
+        progress->update(done);
+    });
+}
+
+ScannerModel calibrate(const std::vector<std::string>& recordings, const DemoSetup& setup,
+                       DemoResult& result) {
+    std::vector<CalibrationView> views;
+    ScannerModel nominal;
+    for (const std::string& path : recordings) {
+        const RecordingContents contents = load_recording(path);
+        nominal = nominal_model_of(contents, path);
+        views.push_back(calibration_view_of(contents, path));
+    }
+    const ScannerCalibration calibration = calibrate_scanner(views, setup.board, nominal);
+    if (!calibration.converged)
+        throw Error("the calibration did not converge; see its warnings: " +
+                    (calibration.warnings.empty() ? "none" : calibration.warnings.front()));
+    result.calibration_rms_px = calibration.rms_px;
+    result.board_views_used = calibration.views_used;
+    result.calibration_warnings = calibration.warnings;
+    return calibration.model;
+}
+
+/// Calibrated against true model: rms of the points that both place into the same pixels and s,
+/// over the field and the sweep, after the best rigid motion.
+void judge_calibration(const ScannerModel& model, const ScannerModel& truth, const ScanPlan& plan,
+                       DemoResult& result) {
+    std::vector<Vector3d> ours, true_ones;
+    const Channel &a = model.channels.front(), &b = truth.channels.front();
+    for (int v = 20; v < a.camera.height; v += 40)
+        for (int u = 20; u < a.camera.width; u += 40)
+            for (int k = 0; k <= 20; ++k) {
+                const double s = plan.from + (plan.to - plan.from) * k / 20;
+                const auto p = triangulate(a, Eigen::Vector2d(u, v), s);
+                const auto q = triangulate(b, Eigen::Vector2d(u, v), s);
+                if (!p || !q || q->point_in_scan.z() > -380 || q->point_in_scan.z() < -540)
+                    continue;
+                ours.push_back(p->point_in_scan);
+                true_ones.push_back(q->point_in_scan);
+            }
+    const Rigid3 motion = align_points(ours, true_ones);
+    double squares = 0;
+    Vector3d low = Vector3d::Constant(1e300), high = -low;
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+        squares += (motion * ours[i] - true_ones[i]).squaredNorm();
+        low = low.cwiseMin(true_ones[i]);
+        high = high.cwiseMax(true_ones[i]);
+    }
+    result.calibration_point_rms_mm = std::sqrt(squares / static_cast<double>(ours.size()));
+    result.calibration_diagonal_mm = (high - low).norm();
+}
+
+void make_ranges(const std::vector<std::string>& recordings, const ScannerModel& model,
+                 const Context& context, DemoResult& result) {
+    Progress progress(context, "range images", recordings.size(), "scans");
+    for (const std::string& path : recordings) {
+        RangeResult range = range_of(load_recording(path), model, path);
+        const auto out = std::filesystem::path(path).parent_path() / "range.ply";
+        write_range_image(out.string(), range.image);
+        context.say(out.string() + ": " + describe(range.statistics));
+        result.scans.push_back(std::move(range.image));
+        progress.update(result.scans.size());
+    }
+}
+
+void fuse_scans(const DemoSetup& setup, const std::string& part, const Context& context,
+                DemoResult& result) {
+    std::vector<FuseScan> scans;
+    for (std::size_t i = 0; i < result.scans.size(); ++i)
+        scans.push_back({&result.scans[i], result.poses[i].world_from_scan});
+    FuseOptions options;
+    options.voxel_mm = setup.voxel_mm;
+    FusedVolume fused = fuse_volume(scans, options);
+    result.voxel_mm = setup.voxel_mm;
+    result.open_mesh = fused_surface(fused, options);
+    options.fill_holes = true;
+    result.filled_mesh = fused_surface(fused, options);
+    write_mesh(part + "/model-open.ply", result.open_mesh);
+    write_mesh(part + "/model.ply", result.filled_mesh);
+    write_mesh(part + "/model.glb", result.filled_mesh);
+    context.say("mesh: " + std::to_string(result.filled_mesh.triangles.size()) + " triangles, " +
+                part + "/model.ply");
+}
+
+/// What the simulator knows and the processing above did not: for comparison only.
+struct Truth {
+    SculptureTruth sculpture{make_sculpture()};
+    ScannerModel scanner;
+    std::vector<Rigid3> object_from_scan;
+    std::vector<TrueView> views;
+};
+
+Truth true_world(const std::string& scene_file, const ScanPlan& plan) {
+    Truth truth;
+    const Scene scene = read_scene(scene_file);
+    const Channel& channel = scene.channel;
+    truth.scanner.channels.push_back(channel);
+    const Rigid3 scan_from_cam = scan_from_camera(channel, 0);
+    const double middle = 0.5 * (plan.from + plan.to);
+    for (const SceneView& view : scene.views) {
+        const Rigid3 object_from_scan = view.poses.front().world_from_object.inverse();
+        truth.object_from_scan.push_back(object_from_scan);
+        TrueView seen;
+        seen.camera = object_from_scan * scan_from_cam.translation;
+        seen.laser = object_from_scan * (scan_from_cam * sheet_at(channel, middle).apex);
+        seen.camera_from_object = (object_from_scan * scan_from_cam).inverse();
+        seen.half_field_x = 0.5 * channel.camera.width / channel.camera.fx;
+        seen.half_field_y = 0.5 * channel.camera.height / channel.camera.fy;
+        truth.views.push_back(seen);
+    }
+    return truth;
+}
+
+/// Errors of the poses after the motion that all have in common is taken out.
+void judge_poses(const Truth& truth, DemoResult& result) {
+    std::vector<Vector3d> ours, true_ones;
+    const Rigid3 world_from_object =
+        result.poses.front().world_from_scan * truth.object_from_scan.front().inverse();
+    const std::vector<Vector3d> corners = {{60, 0, 0},  {-60, 0, 0}, {0, 60, 0},
+                                           {0, -60, 0}, {0, 0, 60},  {0, 0, -60}};
+    const auto both = [&](std::size_t i, const Vector3d& p, Vector3d& a, Vector3d& b) {
+        a = result.poses[i].world_from_scan * (truth.object_from_scan[i].inverse() * p);
+        b = world_from_object * p;
+    };
+    for (std::size_t i = 0; i < result.poses.size(); ++i)
+        for (const Vector3d& p : corners) {
+            Vector3d a, b;
+            both(i, p, a, b);
+            ours.push_back(a);
+            true_ones.push_back(b);
+        }
+    const Rigid3 common = align_points(ours, true_ones);
+    for (std::size_t i = 0; i < result.poses.size(); ++i) {
+        const Rigid3 error = common * result.poses[i].world_from_scan *
+                             truth.object_from_scan[i].inverse() * world_from_object.inverse();
+        const Vector3d middle = world_from_object.translation;
+        result.pose_error_rad.push_back(vector_from_rotation(error.rotation).norm());
+        result.pose_error_mm.push_back((error * middle - middle).norm());
+    }
+}
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values.empty() ? 0 : values[values.size() / 2];
+}
+
+void compare(const Truth& truth, const Context& context, DemoResult& result) {
+    Progress progress(context, "comparing with the truth", result.scans.size() + 2, "steps");
+    std::size_t done = 0;
+    std::vector<double> ratios, sigmas;
+    for (std::size_t i = 0; i < result.scans.size(); ++i) {
+        result.sigma.push_back(
+            sigma_against_truth(result.scans[i], truth.sculpture, truth.object_from_scan[i]));
+        ratios.push_back(result.sigma.back().sigma_ratio);
+        sigmas.push_back(result.sigma.back().median_sigma_mm);
+        progress.update(++done);
+    }
+    result.sigma_ratio = median(ratios);
+    result.median_sigma_mm = median(sigmas);
+    judge_poses(truth, result);
+    const Rigid3 object_from_world =
+        truth.object_from_scan.front() * result.poses.front().world_from_scan.inverse();
+    result.truth = compare_with_truth(result.open_mesh, truth.sculpture, truth.views,
+                                      object_from_world, context.seed);
+    progress.update(++done);
+    result.open_mesh.attributes.push_back({"error", 1, result.truth.vertex_error_mm});
+    MeshTruth filled = compare_with_truth(result.filled_mesh, truth.sculpture, truth.views,
+                                          result.truth.object_from_world, context.seed);
+    result.filled = filled.filled;
+    result.filled_mesh.attributes.push_back({"error", 1, std::move(filled.vertex_error_mm)});
+}
+
+}  // namespace
+
+DemoResult run_demo(const Context& context, const DemoOptions& options) {
+    DemoResult result;
+    StageClock& clock = result.clock;
+    const DemoSetup setup = make_demo_setup(options.quick);
+    const Folders folders(options.folder);
+
+    clock.begin("scenes");
+    write_demo_scenes(setup, folders.scenes, context.seed, options.quick);
+
+    clock.begin("board sweeps");
+    auto device = open_scene(folders.scenes + "/board.toml", context);
+    const auto boards = capture(context, *device, "sweeping over the board", setup.board_plan,
+                                setup.board_views, folders.boards);
+    clock.begin("calibration");
+    const ScannerModel model = calibrate(boards, setup, result);
+    write_scanner(folders.part + "/scanner.toml", model);
+
+    clock.begin("object sweeps");
+    device = open_scene(folders.scenes + "/object.toml", context);
+    const auto scans = capture(context, *device, "scanning the object", setup.object_plan,
+                               setup.object_views, folders.part + "/scans");
+    result.stripe_frames = sample_stripe_frames(*device, setup.object_plan, 3);
+    device.reset();
+
+    clock.begin("range images");
+    make_ranges(scans, model, context, result);
+
+    clock.begin("registration");
+    register_scans(scans, folders.part, context, result);
+
+    clock.begin("fusion");
+    fuse_scans(setup, folders.part, context, result);
+
+    clock.begin("comparison with the truth");
+    const Truth truth = true_world(folders.scenes + "/object.toml", setup.object_plan);
+    judge_calibration(model, truth.scanner, setup.object_plan, result);
+    compare(truth, context, result);
+    clock.end();
+    return result;
+}
+
+}  // namespace stria

@@ -1,0 +1,108 @@
+#include "host/cli/recording_range.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "firmware/stripe/spacetime.h"
+#include "firmware/stripe/spatial.h"
+#include "host/core/errors.h"
+#include "host/geometry/parallel.h"
+#include "host/io/model_io.h"
+
+namespace stria {
+namespace {
+
+[[noreturn]] void refuse_undersampled(const std::string& name) {
+    throw Error(
+        name +
+        ": the sweep is undersampled: its step exceeds the stripe's width, so no pulse can be "
+        "trusted; scan again with a smaller step");
+}
+
+/// Analyses recorded frames as the device would have.
+PulseMap analysed(const RecordingContents& recording, const std::string& name) {
+    const auto& frames = recording.frames;
+    if (frames.empty()) throw Error(name + ": holds neither pulses nor laser-on frames");
+    const Frame& first = frames.front();
+    const SensorNoise& noise = recording.snapshot.device.noise;
+    if (recording.snapshot.plan.mode == StripeMode::spatial) {
+        SpatialAnalyser analyser(first.height, noise);
+        for (const Frame& frame : frames) analyser.add(frame);
+        return analyser.finish();
+    }
+    SpacetimeAnalyser analyser(first.width, first.height, first.bits, noise,
+                               {.threads = thread_count()});
+    for (const Frame& frame : frames) analyser.add(frame);
+    return analyser.finish();
+}
+
+PulseMap joined(const std::vector<PulseMap>& maps, const std::string& name) {
+    PulseMap all = maps.front();
+    if (maps.size() == 1) return all;
+    all.pulses.clear();
+    for (std::size_t i = 0; i + 1 < all.cell_begin.size(); ++i) {
+        std::vector<Pulse> cell;
+        for (const PulseMap& map : maps) {
+            if (map.width != all.width || map.height != all.height || map.mode != all.mode)
+                throw Error(name +
+                            ": holds sweeps of different grids: " + std::to_string(all.width) +
+                            " x " + std::to_string(all.height) + " and " +
+                            std::to_string(map.width) + " x " + std::to_string(map.height));
+            cell.insert(cell.end(), map.pulses.begin() + map.cell_begin[i],
+                        map.pulses.begin() + map.cell_begin[i + 1]);
+        }
+        std::stable_sort(cell.begin(), cell.end(),
+                         [](const Pulse& a, const Pulse& b) { return a.amplitude > b.amplitude; });
+        if (cell.size() > kMaxPulsesPerCell) cell.resize(kMaxPulsesPerCell);
+        all.cell_begin[i] = static_cast<std::uint32_t>(all.pulses.size());
+        all.pulses.insert(all.pulses.end(), cell.begin(), cell.end());
+    }
+    all.cell_begin.back() = static_cast<std::uint32_t>(all.pulses.size());
+    return all;
+}
+
+}  // namespace
+
+PulseMap pulses_of(const RecordingContents& recording, const std::string& name) {
+    PulseMap map = recording.pulse_maps.empty() ? analysed(recording, name)
+                                                : joined(recording.pulse_maps, name);
+    if (map.undersampled) refuse_undersampled(name);
+    if (recording.pulse_maps.empty()) assign_axis_positions(map, recording.axis_log);
+    return map;
+}
+
+RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,
+                     const std::string& name) {
+    PulseMap map = pulses_of(recording, name);
+    if (const double delay_ns = model.channels.empty() ? 0 : model.channels.front().axis.delay_ns;
+        delay_ns != 0)
+        assign_axis_positions(map, recording.axis_log, delay_ns);
+    RangeResult result =
+        range_from_pulses(map, model, {.axis_sigma_s = recording.axis_log.sigma_s});
+    result.image.model_hash = model_hash(model);
+    return result;
+}
+
+std::string model_hash(const ScannerModel& model) {
+    std::uint64_t hash = 14695981039346656037ULL;
+    for (const char c : format_scanner(model)) {
+        hash ^= static_cast<std::uint8_t>(c);
+        hash *= 1099511628211ULL;
+    }
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+    return text;
+}
+
+std::string describe(const RangeStatistics& statistics) {
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "%zu points of %zu pulses (%zu outside the volume, %zu of a wrong width), median "
+                  "sigma %.4f mm random, %.4f mm from calibration",
+                  statistics.points, statistics.pulses, statistics.outside_volume,
+                  statistics.wrong_width, statistics.median_sigma_mm,
+                  statistics.median_systematic_mm);
+    return text;
+}
+
+}  // namespace stria

@@ -1,0 +1,125 @@
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "host/cli/progress.h"
+#include "host/cli/recording_range.h"
+#include "host/cli/verbs.h"
+#include "host/core/errors.h"
+#include "host/geometry/parallel.h"
+#include "host/io/model_io.h"
+#include "host/io/range_io.h"
+#include "host/local/open_device.h"
+#include "host/project/project.h"
+
+namespace stria {
+namespace {
+
+/// The whole travel: spacetime with 512 steps on a swept machine, spatial with 512 on a rail, half
+/// degrees on a turntable.
+ScanPlan default_plan(const DeviceDescription& device) {
+    ScanPlan plan;
+    plan.from = device.axis_min;
+    plan.to = device.axis_max;
+    plan.mode = device.kind == "swept" ? StripeMode::spacetime : StripeMode::spatial;
+    plan.step = (plan.to - plan.from) / 512;
+    if (device.kind == "turntable") {
+        constexpr double kTurn = 6.283185307179586;
+        if (plan.to - plan.from > kTurn) plan.to = plan.from + kTurn;
+        plan.step = kTurn / 720;
+    }
+    return plan;
+}
+
+class ScanVerb final : public Verb {
+  public:
+    std::string name() const override { return "scan"; }
+    std::string summary() const override { return "one scan into a project"; }
+    void declare(Arguments& arguments) override {
+        arguments.positional("DEVICE", device_,
+                             "sim:SCENE.toml, unix:PATH, tcp:HOST:PORT or replay:FILE");
+        arguments.option("--out", out_, "project folder; made if it does not exist", true);
+        arguments.option("--plan", plan_, "plan.toml; without it the axis' whole travel");
+        arguments.option("--model", model_,
+                         "calibrated scanner; without it the project's scanner.toml");
+        arguments.option("--view", view_, "simulated devices: which placement of the objects");
+    }
+
+    int run(const Context& context) override {
+        OpenOptions open;
+        open.seed = context.seed;
+        open.threads = thread_count();
+        auto device = open_device(device_, open);
+        if (view_ >= 0) device->set_feature("SceneView", FeatureValue(std::int64_t{view_}));
+        const Snapshot info = device->info();
+        const ScanPlan plan = plan_.empty() ? default_plan(info.device) : read_plan(plan_);
+        const Project project = open_or_create_project(out_);
+        const std::string model_path = keep_model(context, project);
+        const ScanFolder folder = make_next_scan(project);
+
+        const RecordingContents recording = record(context, *device, plan, folder);
+        JsonResult result;
+        result.set("scan", folder.folder).set("recording", folder.recording());
+        for (const std::string& note : recording.notes) context.say(note);
+        if (!recording.end || !recording.end->complete) {
+            result.set("complete", false);
+            context.finish(result);
+            throw Error("the sweep ended early: " +
+                        (recording.end ? recording.end->reason : std::string("no end came")) +
+                        "; what came is in " + folder.recording());
+        }
+        result.set("complete", true)
+            .set("frames", static_cast<int>(recording.end->frames))
+            .set("frames_dropped", static_cast<int>(recording.end->frames_dropped));
+        if (model_path.empty()) {
+            context.say(
+                folder.recording() +
+                ": recorded. No calibration is known, so there is no range image: run stria "
+                "calibrate scanner, then stria range with its --model");
+        } else {
+            const RangeResult range =
+                range_of(recording, read_scanner(model_path), folder.recording());
+            write_range_image(folder.range(), range.image);
+            context.say(folder.range() + ": " + describe(range.statistics));
+            result.set("range", folder.range())
+                .set("points", range.statistics.points)
+                .set("median_sigma_mm", range.statistics.median_sigma_mm);
+        }
+        context.finish(result);
+        return 0;
+    }
+
+  private:
+    /// The project's model; --model becomes it. Empty: there is none.
+    std::string keep_model(const Context& context, const Project& project) const {
+        const std::string kept = project.scanner();
+        if (model_.empty()) return std::filesystem::exists(kept) ? kept : "";
+        const ScannerModel model = read_scanner(model_);
+        if (std::filesystem::exists(kept) &&
+            format_scanner(read_scanner(kept)) != format_scanner(model))
+            context.check_output(kept);
+        write_scanner(kept, model);
+        return kept;
+    }
+
+    static RecordingContents record(const Context& context, DeviceClient& device,
+                                    const ScanPlan& plan, const ScanFolder& folder) {
+        const auto frames = static_cast<std::size_t>(std::ceil((plan.to - plan.from) / plan.step)) *
+                            (plan.both_directions ? 2U : 1U);
+        Progress progress(context, "scanning", frames, "frames");
+        RunOptions options;
+        options.recording_path = folder.recording();
+        if (plan.record != RecordWhat::frames) options.load.on_frame = [](const Frame&) {};
+        options.progress = [&](const RunProgress& run) { progress.update(run.frames); };
+        return device.run(plan, options);
+    }
+
+    std::string device_, out_, plan_, model_;
+    int view_ = -1;
+};
+
+}  // namespace
+
+std::unique_ptr<Verb> make_scan_verb() { return std::make_unique<ScanVerb>(); }
+
+}  // namespace stria

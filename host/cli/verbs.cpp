@@ -4,6 +4,9 @@ namespace stria {
 
 std::vector<std::unique_ptr<Verb>> all_verbs() {
     std::vector<std::unique_ptr<Verb>> verbs;
+    verbs.push_back(make_devices_verb());
+    verbs.push_back(make_info_verb());
+    verbs.push_back(make_features_verb());
     verbs.push_back(make_scan_verb());
     verbs.push_back(make_range_verb());
     verbs.push_back(make_stripe_verb());

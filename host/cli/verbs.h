@@ -9,6 +9,9 @@ namespace stria {
 std::unique_ptr<Verb> make_scan_verb();
 std::unique_ptr<Verb> make_range_verb();
 std::unique_ptr<Verb> make_stripe_verb();
+std::unique_ptr<Verb> make_devices_verb();
+std::unique_ptr<Verb> make_info_verb();
+std::unique_ptr<Verb> make_features_verb();
 std::unique_ptr<Verb> make_mesh_convert_verb();
 
 }  // namespace stria

@@ -30,7 +30,7 @@ void write_wire_seeds(const std::filesystem::path& corpus) {
         const std::string name =
             "type_" + std::to_string(static_cast<int>(type)) + "_" + std::to_string(sequence);
         write_seed(corpus / "fuzz_message" / name, static_cast<char>(type) + text_of(payload));
-        const RawMessage raw = make_raw(Channel::data, type, payload, 1, sequence++);
+        const RawMessage raw = make_raw(WireChannel::data, type, payload, 1, sequence++);
         const auto header = encode_header(raw.header);
         const std::string framed = std::string(header.begin(), header.end()) + text_of(payload);
         if (payload.size() < 400) write_seed(corpus / "fuzz_framing" / name, framed);

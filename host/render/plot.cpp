@@ -189,7 +189,8 @@ std::string colour_bar_svg(const ColourScale& scale, int width) {
         const Eigen::Vector3f c = colour_of(scale, x.low + (x.high - x.low) * (i + 0.5) / kSteps);
         const double left = x.from_px + (x.to_px - x.from_px) * i / kSteps;
         out += "<rect x='" + svg_number(left) + "' y='2' width='" +
-               svg_number((x.to_px - x.from_px) / kSteps + 0.4) + "' height='14' fill='rgb(" +
+               svg_number((x.to_px - x.from_px) / kSteps + 0.4) +
+               "' height='14' shape-rendering='crispEdges' fill='rgb(" +
                std::to_string(std::lround(255 * c[0])) + "," +
                std::to_string(std::lround(255 * c[1])) + "," +
                std::to_string(std::lround(255 * c[2])) + ")'/>\n";

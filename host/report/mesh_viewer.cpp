@@ -76,6 +76,24 @@ Eigen::Matrix3f view_rotation(const Eigen::Vector3d& towards_eye, const Eigen::V
     return view.cast<float>();
 }
 
+/// Zoom at which the first view fills the canvas.
+double fitting_zoom(const TriMesh& mesh, const Eigen::Matrix3f& view) {
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
+    for (const Eigen::Vector3d& p : mesh.positions) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    if (mesh.positions.empty()) return 1;
+    const double to_view = 1.9 / (high - low).cwiseMax(1e-9).norm();
+    double right = 1e-9, up = 1e-9;
+    for (const Eigen::Vector3d& p : mesh.positions) {
+        const Eigen::Vector3d seen = view.cast<double>() * ((p - 0.5 * (low + high)) * to_view);
+        right = std::max(right, std::abs(seen.x()));
+        up = std::max(up, std::abs(seen.y()));
+    }
+    return 0.94 * std::min(static_cast<double>(kWidth) / kHeight / right, 1.0 / up);
+}
+
 }  // namespace
 
 std::string mesh_viewer_html(const ReportMesh& mesh, const std::string& id) {
@@ -98,7 +116,8 @@ std::string mesh_viewer_html(const ReportMesh& mesh, const std::string& id) {
                       "' height='" + std::to_string(kHeight) + "' src='data:image/png;base64," +
                       to_base64(encode_png(still)) + "'>\n<canvas data-mesh='" + id +
                       "' data-turn='" + numbers(view.data(), 9) + "' data-size='" +
-                      numbers(places.size.data(), 3) + "'></canvas></div>\n";
+                      numbers(places.size.data(), 3) + "' data-zoom='" +
+                      std::to_string(fitting_zoom(mesh.mesh, view)) + "'></canvas></div>\n";
     out += data_script(id + "-places", places.values);
     out += data_script(id + "-colours", pack_colours(mesh));
     out += data_script(id + "-corners", corners);

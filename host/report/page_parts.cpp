@@ -19,7 +19,7 @@ table { border-collapse: collapse; margin: 12px 0; font-variant-numeric: tabular
 th, td { padding: 4px 14px 4px 0; text-align: left; border-bottom: 1px solid var(--rule);
   vertical-align: top; }
 th { font-weight: 600; color: var(--soft); }
-td.number, th.number { text-align: right; padding: 4px 4px 4px 14px; }
+td.number, th.number { text-align: right; padding: 4px 8px 4px 14px; }
 .kept { color: var(--good); } .missed { color: var(--bad); font-weight: 600; }
 figure { margin: 14px 0; } figcaption, caption { color: var(--soft); text-align: left;
   font-size: 14px; max-width: 60em; padding: 4px 0; }
@@ -28,8 +28,8 @@ figure { margin: 14px 0; } figcaption, caption { color: var(--soft); text-align:
 img { max-width: 100%; height: auto; border: 1px solid var(--rule); background: #fff;
   display: block; }
 svg { max-width: 100%; height: auto; color: var(--ink); }
-.viewer { position: relative; max-width: 760px; }
-.viewer img { width: 100%; }
+.viewer { position: relative; max-width: 760px; border: 1px solid var(--rule); }
+.viewer img { width: 100%; border: 0; }
 .viewer canvas { position: absolute; inset: 0; width: 100%; height: 100%; touch-action: none;
   cursor: grab; display: none; }
 .scroll { overflow-x: auto; }
@@ -88,7 +88,8 @@ const char* const kViewerScript = R"js(
     buffer(gl.ELEMENT_ARRAY_BUFFER, corners);
     const list = (name) => canvas.dataset[name].split(' ').map(Number);
     const first = list('turn'), size = list('size');
-    let turn = first, zoom = 1, shift = [0, 0];
+    const fitted = Number(canvas.dataset.zoom);
+    let turn = first, zoom = fitted, shift = [0, 0];
     const place = (name) => gl.getUniformLocation(program, name);
     const draw = () => {
       const scale = window.devicePixelRatio || 1;
@@ -125,10 +126,10 @@ const char* const kViewerScript = R"js(
     canvas.addEventListener('pointerup', () => { last = null; });
     canvas.addEventListener('wheel', (e) => {
       e.preventDefault();
-      zoom = Math.min(60, Math.max(0.2, zoom * Math.exp(-e.deltaY * 0.0015)));
+      zoom = Math.min(60 * fitted, Math.max(0.2 * fitted, zoom * Math.exp(-e.deltaY * 0.0015)));
       draw();
     }, {passive: false});
-    canvas.addEventListener('dblclick', () => { turn = first; zoom = 1; shift = [0, 0]; draw(); });
+    canvas.addEventListener('dblclick', () => { turn = first; zoom = fitted; shift = [0, 0]; draw(); });
     new ResizeObserver(draw).observe(canvas);
     canvas.style.display = 'block';
     draw();

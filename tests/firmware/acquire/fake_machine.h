@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
 
@@ -23,10 +24,11 @@ class FakeMachine {
     std::function<void()> on_frame = [] {};
 
     int calls = 0;
-    bool laser_on = false, drive_on = false, streaming = false;
+    std::atomic<bool> laser_on = false, drive_on = false;  // sessions are watched while they run
+    bool streaming = false;
     bool lit_with_open_interlock = false;  ///< for longer than a frame takes
     double emission_s = 0;
-    TimeNs now = kNsPerSecond;
+    std::atomic<TimeNs> now = kNsPerSecond;
 
     Devices devices() { return {clock_, camera_, laser_, axis_, interlock_}; }
 

@@ -9,6 +9,7 @@ std::vector<std::unique_ptr<Verb>> all_verbs() {
     verbs.push_back(make_features_verb());
     verbs.push_back(make_scan_verb());
     verbs.push_back(make_range_verb());
+    verbs.push_back(make_register_verb());
     verbs.push_back(make_stripe_verb());
     verbs.push_back(make_mesh_convert_verb());
     return verbs;

@@ -7,6 +7,7 @@
 #include "host/geometry/align.h"
 #include "host/io/model_io.h"
 #include "host/io/range_io.h"
+#include "host/registration/coarse.h"
 #include "host/registration/joint.h"
 #include "host/registration/matches.h"
 #include "tests/support/bumpy_shape.h"
@@ -93,6 +94,30 @@ TEST(Bunny, DisturbedPosesComeBackToThePublishedOnes) {
         EXPECT_LE(mean.mm, 0.25) << seed;
         EXPECT_LT(result.overlap_rms_mm, overlap_published);
     }
+}
+
+TEST(Bunny, ScansWithoutAnyPoseArePlacedByTheirShape) {
+    if (data_folder().empty())
+        GTEST_SKIP() << "set STRIA_TEST_DATA to the folder of real data sets";
+    const CoarseResult coarse = place_scans(bunny().scans);
+    ASSERT_TRUE(coarse.all_placed);
+    std::vector<Rigid3> found;
+    std::vector<ScanPose> start;
+    for (const CoarseScan& scan : coarse.scans) {
+        found.push_back(scan.world_from_scan);
+        start.emplace_back();
+        start.back().world_from_scan = scan.world_from_scan;
+    }
+    const Mean mean = distance_of(found);
+    printf("placed by shape: %.3f deg %.3f mm\n", mean.deg, mean.mm);
+    EXPECT_LE(mean.deg, 0.5);
+    EXPECT_LE(mean.mm, 0.5);
+    const JointResult result = register_jointly(bunny().scans, start);
+    EXPECT_TRUE(result.converged) << result.reason;
+    found.clear();
+    for (const JointScan& scan : result.scans) found.push_back(scan.world_from_scan);
+    EXPECT_LE(distance_of(found).deg, 0.17);
+    EXPECT_LE(distance_of(found).mm, 0.25);
 }
 
 }  // namespace

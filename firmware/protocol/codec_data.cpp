@@ -38,16 +38,14 @@ Result<Message> decode_frame(std::span<const std::uint8_t> payload) {
 Result<Message> decode_axis_log(std::span<const std::uint8_t> payload) {
     const auto* root = verified_root<wire::AxisLog>(payload);
     if (root == nullptr) return malformed("axis log");
-    const auto* times = root->t_ns();
-    const auto* positions = root->s();
-    const std::size_t count = times != nullptr ? times->size() : 0;
-    if (count != (positions != nullptr ? positions->size() : 0))
+    const std::vector<TimeNs> times = vector_of(root->t_ns());
+    const std::vector<double> positions = vector_of(root->s());
+    if (times.size() != positions.size())
         return Failure{"axis log: expected as many positions as times"};
     AxisLog log;
     log.sigma_s = root->sigma_s();
-    log.samples.reserve(count);
-    for (flatbuffers::uoffset_t i = 0; i < count; ++i)
-        log.samples.push_back({times->Get(i), positions->Get(i)});
+    log.samples.reserve(times.size());
+    for (std::size_t i = 0; i < times.size(); ++i) log.samples.push_back({times[i], positions[i]});
     const std::string complaint = validate(log);
     return checked("axis log", std::move(log), complaint);
 }

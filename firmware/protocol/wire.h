@@ -1,4 +1,6 @@
 #pragma once
+#include <bit>
+#include <cstring>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,9 +30,15 @@ const Table* verified_root(std::span<const std::uint8_t> payload) {
     return flatbuffers::GetRoot<Table>(payload.data());
 }
 
+/// The elements of a vector of numbers. Copied as bytes: FlatBuffers' verifier leaves open whether
+/// elements wider than 4 bytes are aligned.
 template <typename T>
 std::vector<T> vector_of(const flatbuffers::Vector<T>* values) {
-    return values != nullptr ? std::vector<T>(values->begin(), values->end()) : std::vector<T>();
+    static_assert(std::endian::native == std::endian::little, "the wire is little-endian");
+    if (values == nullptr || values->size() == 0) return {};
+    std::vector<T> copy(values->size());
+    std::memcpy(copy.data(), values->Data(), copy.size() * sizeof(T));
+    return copy;
 }
 
 Result<Message> decode_snapshot(std::span<const std::uint8_t> payload);

@@ -156,6 +156,19 @@ TEST(Codec, RefusesAFrameWhosePixelsAreNotItsSize) {
     EXPECT_FALSE(decode(MessageType::frame, encode(frame)));
 }
 
+// A foreign writer may put wide elements at any multiple of 4; found by fuzz_message.
+TEST(Codec, ReadsNumbersAtAnyAlignment) {
+    AxisLog log = samples::axis_log();
+    log.sigma_s = 0;  // left out of the bytes, so that only the vectors are moved
+    Bytes moved = encode(log);
+    moved[0] = static_cast<std::uint8_t>(moved[0] + 4);  // offset of the root, from byte 0
+    moved.insert(moved.begin() + 4, 4, 0);
+    const auto back = decode(MessageType::axis_log, moved);
+    ASSERT_TRUE(back) << back.failure().message;
+    ASSERT_EQ(std::get<AxisLog>(*back).samples.size(), log.samples.size());
+    EXPECT_EQ(std::get<AxisLog>(*back).samples.back().s, log.samples.back().s);
+}
+
 TEST(Compress, KeepsBytesWhetherTheyShrinkOrNot) {
     std::mt19937 rng(1);
     Bytes noise(5000), flat(5000, 7);

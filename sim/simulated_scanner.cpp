@@ -1,5 +1,6 @@
 #include "sim/simulated_scanner.h"
 
+#include <cmath>
 #include <stdexcept>
 
 #include "host/io/model_io.h"
@@ -52,8 +53,12 @@ ScannerModel SimulatedScanner::nominal_model() const {
     return stria::nominal_model(scene(), content_->machine.seed);
 }
 
-std::string SimulatedScanner::nominal_model_text() const {
-    return format_scanner(nominal_model());
+std::string SimulatedScanner::nominal_model_text() const { return format_scanner(nominal_model()); }
+
+double SimulatedScanner::true_axis_position(TimeNs stamp_ns) const {
+    const std::lock_guard lock(content_->machine.mutex);
+    const double delay = content_->machine.scene.channel.axis.delay_ns;
+    return content_->machine.motion.position(stamp_ns + static_cast<TimeNs>(std::llround(delay)));
 }
 
 RangeImage SimulatedScanner::true_range(std::span<const double> frame_s) const {

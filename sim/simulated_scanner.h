@@ -47,6 +47,9 @@ class SimulatedScanner {
     /// The same as scanner.toml.
     std::string nominal_model_text() const;
 
+    /// Where the axis really was at a frame's time stamp (delay included), for comparison only.
+    double true_axis_position(TimeNs stamp_ns) const;
+
     /// What a perfect scan of the present view would hold, scan frame. Swept: the first surface
     /// point of each pixel centre that the laser reaches as well, s the position where the sheet
     /// passes it; `frame_s` is not used. Rail, turntable: column k, row v the point where the

@@ -4,6 +4,7 @@ namespace stria {
 
 std::vector<std::unique_ptr<Verb>> all_verbs() {
     std::vector<std::unique_ptr<Verb>> verbs;
+    verbs.push_back(make_simulate_verb());
     verbs.push_back(make_devices_verb());
     verbs.push_back(make_info_verb());
     verbs.push_back(make_features_verb());

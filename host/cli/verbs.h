@@ -6,6 +6,7 @@
 /// One maker a verb, each in its own file verb_NAME.cpp; verbs.cpp lists them in --help's order.
 namespace stria {
 
+std::unique_ptr<Verb> make_simulate_verb();
 std::unique_ptr<Verb> make_scan_verb();
 std::unique_ptr<Verb> make_range_verb();
 std::unique_ptr<Verb> make_register_verb();

@@ -12,6 +12,9 @@ std::vector<std::unique_ptr<Verb>> all_verbs() {
     verbs.push_back(make_range_verb());
     verbs.push_back(make_register_verb());
     verbs.push_back(make_stripe_verb());
+    verbs.push_back(make_fuse_verb());
+    verbs.push_back(make_mesh_info_verb());
+    verbs.push_back(make_mesh_compare_verb());
     verbs.push_back(make_mesh_convert_verb());
     return verbs;
 }

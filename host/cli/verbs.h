@@ -14,6 +14,9 @@ std::unique_ptr<Verb> make_stripe_verb();
 std::unique_ptr<Verb> make_devices_verb();
 std::unique_ptr<Verb> make_info_verb();
 std::unique_ptr<Verb> make_features_verb();
+std::unique_ptr<Verb> make_fuse_verb();
+std::unique_ptr<Verb> make_mesh_info_verb();
+std::unique_ptr<Verb> make_mesh_compare_verb();
 std::unique_ptr<Verb> make_mesh_convert_verb();
 
 }  // namespace stria

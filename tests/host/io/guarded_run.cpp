@@ -4,12 +4,15 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 
 #include "host/core/errors.h"
+#include "host/io/image_io.h"
 #include "host/io/mesh_io.h"
+#include "host/io/model_io.h"
 
 namespace stria {
 namespace {
@@ -63,7 +66,18 @@ GuardedResult run_guarded(const std::function<std::string()>& work, double limit
     return result;
 }
 
+std::string describe_image(const std::string& path) {
+    const LoadedImage image = read_image(path);
+    return std::to_string(image.pixels.width) + " x " + std::to_string(image.pixels.height) +
+           " px, " + std::to_string(image.pixels.channels) + " channels of " +
+           std::to_string(image.bits) + " bits";
+}
+
 std::string describe_file(const std::string& path) {
+    const std::string ending = path.substr(std::min(path.rfind('.'), path.size()));
+    for (const char* image : {".png", ".jpg", ".jpeg", ".tif", ".tiff"})
+        if (ending == image) return describe_image(path);
+    if (ending == ".conf") return std::to_string(read_poses(path).size()) + " poses";
     const auto names = [](const std::vector<VertexAttribute>& attributes) {
         std::string text;
         for (const VertexAttribute& attribute : attributes) text += ", " + attribute.name;

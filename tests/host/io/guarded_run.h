@@ -16,7 +16,7 @@ struct GuardedResult {
 /// Runs `work` in a forked process; stops it after `limit_s`.
 GuardedResult run_guarded(const std::function<std::string()>& work, double limit_s = 20.0);
 
-/// Reads a mesh or points by the file's ending and says what was found.
+/// Reads a mesh, points, an image or poses by the file's ending and says what was found.
 std::string describe_file(const std::string& path);
 
 }  // namespace stria

@@ -8,6 +8,7 @@
 #include "host/core/errors.h"
 #include "host/io/whole_file.h"
 #include "tests/host/io/encoded_images.h"
+#include "tests/host/io/handmade_png.h"
 #include "tests/host/io/temporary_folder.h"
 
 namespace stria {
@@ -40,6 +41,48 @@ TEST(ImageIo, PngRoundTripKeepsEveryValue) {
     const LoadedImage loaded = parse_image(encode_png(deep), "a.png");
     EXPECT_EQ(loaded.bits, 16);
     EXPECT_EQ(loaded.pixels.values, deep.values);
+}
+
+/// The sample that every handmade PNG below holds.
+unsigned pattern(unsigned x, unsigned y, unsigned c) { return 40503U * (x + 7 * y) + 977 * c; }
+
+TEST(ImageIo, ReadsEveryKindOfPng) {
+    for (const bool interlaced : {false, true})
+        for (const unsigned type : {0U, 2U, 4U, 6U})
+            for (const unsigned bits : {1U, 2U, 4U, 8U, 16U}) {
+                if (type != 0 && bits < 8) continue;
+                const unsigned top = (1U << bits) - 1;
+                HandmadePng png{11, 9, bits, type, interlaced, "", "", {}};
+                png.sample = [&](unsigned x, unsigned y, unsigned c) {
+                    return pattern(x, y, c) & top;
+                };
+                const LoadedImage loaded = parse_image(encode(png), "a.png");
+                const int channels = type & 2 ? 3 : 1;
+                ASSERT_EQ(loaded.pixels.channels, channels);
+                EXPECT_EQ(loaded.bits, bits == 16 ? 16 : 8);
+                for (int y = 0; y < 9; ++y)
+                    for (int x = 0; x < 11; ++x)
+                        for (int c = 0; c < channels; ++c) {
+                            const unsigned stored =
+                                pattern(static_cast<unsigned>(x), static_cast<unsigned>(y),
+                                        static_cast<unsigned>(c)) &
+                                top;
+                            const unsigned full = bits < 8 ? stored * (255 / top) : stored;
+                            EXPECT_EQ(loaded.pixels.at(x, y, c), full) << type << " " << bits;
+                        }
+            }
+}
+
+TEST(ImageIo, ExpandsAPaletteAndDropsItsTransparency) {
+    HandmadePng png{5, 2, 2, 3, false, std::string("\x0A\x14\x1E\xFF\x00\x80", 6), "\x40", {}};
+    png.sample = [](unsigned x, unsigned, unsigned) { return x % 2; };
+    const LoadedImage loaded = parse_image(encode(png), "a.png");
+    ASSERT_EQ(loaded.pixels.channels, 3);
+    EXPECT_EQ(loaded.pixels.at(2, 1, 1), 20);
+    EXPECT_EQ(loaded.pixels.at(3, 0, 0), 255);
+    EXPECT_EQ(loaded.pixels.at(3, 0, 2), 128);
+    png.sample = [](unsigned, unsigned, unsigned) { return 3U; };  // beyond the palette
+    (void)message_of([&] { parse_image(encode(png), "a.png"); });
 }
 
 TEST(ImageIo, WritesAndReadsFiles) {

@@ -1,0 +1,418 @@
+#include "calib/scanner_calibration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "calib/axis_start.h"
+#include "calib/calibration_warnings.h"
+#include "calib/camera_calibration.h"
+#include "calib/detect_board.h"
+#include "calib/predicted_sigma.h"
+#include "calib/scanner_problem.h"
+#include "host/core/errors.h"
+
+namespace stria {
+namespace {
+
+constexpr int kLeastViews = 3;
+constexpr int kLeastStripePoints = 50;
+
+double median(std::vector<double> values) {
+    if (values.empty()) return 0;
+    const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+void check(const ScannerModel& nominal, const Board& board,
+           const ScannerCalibrationOptions& options) {
+    if (nominal.channels.size() != 1)
+        throw std::invalid_argument("nominal: " + std::to_string(nominal.channels.size()) +
+                                    " channels, expected 1");
+    if (const std::string why = validate(nominal); !why.empty())
+        throw std::invalid_argument("nominal: " + why);
+    if (options.stripe_points_per_view < kLeastStripePoints)
+        throw std::invalid_argument(
+            "stripe_points_per_view = " + std::to_string(options.stripe_points_per_view) +
+            ": expected at least " + std::to_string(kLeastStripePoints));
+    if (nominal.channels[0].axis.kind != MachineKind::swept && looks_same_turned(board))
+        throw Error("board " + to_string(board) +
+                    " looks the same when it is turned, so its motion with the axis is ambiguous; "
+                    "use a ChArUco board, or a chessboard with one odd and one even number of "
+                    "corners");
+}
+
+/// The whole calibration of one call: each step reads what the former left.
+class Calibrator {
+  public:
+    Calibrator(const std::vector<CornerView>& views, const Board& board,
+               const ScannerModel& nominal, const ScannerCalibrationOptions& options)
+        : views_(views),
+          board_(board),
+          nominal_(nominal),
+          options_(options),
+          problem_(board, nominal.channels[0], options) {
+        result_.views.resize(views.size());
+        for (std::size_t v = 0; v < views.size(); ++v) {
+            result_.views[v].name = views[v].name;
+            result_.views[v].notes = views[v].refusals;
+        }
+    }
+
+    ScannerCalibration run() {
+        solve_camera();
+        start_axis_and_views();
+        take_stripes();
+        solve_sheet();
+        solve_jointly();
+        summarise();
+        return std::move(result_);
+    }
+
+  private:
+    void solve_camera();
+    void start_axis_and_views();
+    void take_stripes();
+    void solve_sheet();
+    void solve_jointly();
+    void summarise();
+
+    std::vector<double> stripe_residuals() const;  ///< in sigmas, used ones
+    std::vector<double> corner_residuals() const;  ///< px, both coordinates, used ones
+    void estimate_sigmas(bool robust);
+    void reject_outliers();
+    void summarise_views();
+    std::vector<VolumeSample> volume_samples() const;
+    CalibrationCoverage coverage() const;
+
+    const std::vector<CornerView>& views_;
+    const Board& board_;
+    const ScannerModel& nominal_;
+    const ScannerCalibrationOptions& options_;
+    CameraCalibration camera_;
+    ScannerProblem problem_;
+    std::vector<std::size_t> source_;  ///< of each view of the problem, index into views_
+    ScannerCalibration result_;
+};
+
+void Calibrator::solve_camera() {
+    std::vector<CameraView> pictures;
+    for (const CornerView& view : views_)
+        for (const BoardCorners& seen : view.corners)
+            pictures.push_back({seen.name, seen.ids, seen.pixels, {}});
+    const CameraModel& drawn = nominal_.channels[0].camera;
+    camera_ = calibrate_camera(pictures, board_, drawn.width, drawn.height,
+                               {.lens = drawn.kind, .start = drawn});
+}
+
+void Calibrator::start_axis_and_views() {
+    std::vector<PosesAlongAxis> along(views_.size());
+    std::vector<ScannerProblem::View> found(views_.size());
+    std::size_t picture = 0;
+    for (std::size_t v = 0; v < views_.size(); ++v)
+        for (const BoardCorners& seen : views_[v].corners) {
+            const CameraViewResult& solved = camera_.views[picture++];
+            if (!solved.rejected.empty()) {
+                result_.views[v].notes.push_back(seen.name + ": " + solved.rejected);
+                continue;
+            }
+            along[v].s.push_back(seen.s);
+            along[v].camera_from_board.push_back(solved.camera_from_board);
+            ++result_.views[v].images_used;
+            for (std::size_t i = 0; i < seen.ids.size(); ++i)
+                found[v].corners.push_back({seen.ids[i], seen.pixels[i], seen.s});
+        }
+    Channel channel = nominal_.channels[0];
+    channel.camera = camera_.camera;
+    const AxisStart start = start_axis(channel.axis, along);
+    channel.axis = start.axis;
+    if (std::abs(start.scale - 1) > 0.02)
+        result_.warnings.push_back("the board moved " + std::to_string(start.scale) +
+                                   " times as far as the axis says: check steps per unit");
+    problem_.set_channel(channel);
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+        if (along[v].s.empty()) {
+            result_.views[v].rejected = "no picture of it shows the board";
+            continue;
+        }
+        const Rigid3 back = board_motion(channel, along[v].s[0]).inverse();
+        found[v].pose = pose_block(back * along[v].camera_from_board[0]);
+        source_.push_back(v);
+        problem_.views.push_back(std::move(found[v]));
+    }
+    if (source_.size() < kLeastViews)
+        throw Error("calibrating a scanner needs at least " + std::to_string(kLeastViews) +
+                    " views that show the board, found " + std::to_string(source_.size()));
+}
+
+void Calibrator::take_stripes() {
+    const BoardColours colours(board_);
+    std::size_t total = 0, with_stripe = 0;
+    for (std::size_t i = 0; i < source_.size(); ++i) {
+        ScannerProblem::View& view = problem_.views[i];
+        const PulseMap& pulses = views_[source_[i]].pulses;
+        const auto points =
+            stripe_points_on_board(pulses, problem_.channel(), rigid_from_block(view.pose.data()),
+                                   colours, options_.stripe_points_per_view);
+        auto& notes = result_.views[source_[i]].notes;
+        if (pulses.undersampled)
+            notes.push_back("its sweep is undersampled: no pulses used");
+        else if (points.size() < static_cast<std::size_t>(kLeastStripePoints))
+            notes.push_back("only " + std::to_string(points.size()) +
+                            " usable stripe points on the board");
+        for (const StripePoint& point : points) view.stripes.push_back({point});
+        total += points.size();
+        with_stripe += points.size() >= static_cast<std::size_t>(kLeastStripePoints);
+    }
+    if (with_stripe < 2)
+        throw Error(
+            "calibrating a scanner needs at least 2 views with the stripe on the board, "
+            "found " +
+            std::to_string(with_stripe) + " (" + std::to_string(total) +
+            " usable stripe points in all views): is the laser on, its sweep crossing the "
+            "board, and the board the one stated?");
+}
+
+std::vector<double> Calibrator::stripe_residuals() const {
+    std::vector<double> residuals;
+    for (const auto& view : problem_.views)
+        for (const auto& stripe : view.stripes)
+            if (stripe.use)
+                residuals.push_back(problem_.residual_mm(view, stripe) / stripe.sigma_mm);
+    return residuals;
+}
+
+std::vector<double> Calibrator::corner_residuals() const {
+    std::vector<double> residuals;
+    for (const auto& view : problem_.views)
+        for (const auto& corner : view.corners)
+            if (corner.use) {
+                const Eigen::Vector2d r = problem_.residual(view, corner);
+                residuals.push_back(r.x());
+                residuals.push_back(r.y());
+            }
+    return residuals;
+}
+
+void Calibrator::solve_sheet() {
+    // The sheet may start 20 mm off: Huber's border follows the residuals down, so that the bulk of
+    // the points pulls and strays do not.
+    ScannerProblem::Stage stage = problem_.everything();
+    stage.camera = stage.corners = false;
+    stage.sheet_free = {0, 1, 2};
+    stage.every = std::max(1, options_.stripe_points_per_view / 80);
+    stage.max_iterations = 20;
+    const bool swept = problem_.channel().axis.kind == MachineKind::swept;
+    for (int round = 0; round < 6; ++round) {
+        if (swept && round == 0) stage.axis_free = {4, 5};
+        if (swept && round > 0) stage.axis_free = {0, 1, 2, 3, 4, 5, 6};
+        if (!swept) stage.axis_free.clear();
+        problem_.weigh_stripes();
+        std::vector<double> sizes = stripe_residuals();
+        for (double& r : sizes) r = std::abs(r);
+        stage.huber_sigmas = std::max(2.0, 2 * median(sizes));
+        if (round == 5) stage.max_iterations = 200;
+        problem_.solve(stage);
+    }
+    problem_.weigh_stripes();
+    std::vector<double> sizes = stripe_residuals();
+    for (double& r : sizes) r = std::abs(r);
+    const double limit = std::max(30.0, 15 * median(sizes));
+    for (auto& view : problem_.views)
+        for (auto& stripe : view.stripes)
+            stripe.use = std::abs(problem_.residual_mm(view, stripe)) < limit * stripe.sigma_mm;
+}
+
+void Calibrator::estimate_sigmas(bool robust) {
+    const auto spread = [&](std::vector<double> values) {
+        if (values.empty()) return 1.0;
+        if (robust) {
+            for (double& value : values) value = std::abs(value);
+            return 1.4826 * median(values);
+        }
+        double sum = 0;
+        for (double value : values) sum += value * value;
+        return std::sqrt(sum / static_cast<double>(values.size()));
+    };
+    const auto corners = corner_residuals();
+    const auto stripes = stripe_residuals();
+    const double rows = static_cast<double>(corners.size() + stripes.size());
+    const double unknowns = static_cast<double>(6 * source_.size()) + 26;
+    const double lost = std::sqrt(rows / std::max(1.0, rows - unknowns));
+    problem_.corner_sigma_px = std::max(1e-6, lost * spread(corners));
+    problem_.stripe_sigma_factor = std::max(1e-6, lost * spread(stripes));
+}
+
+void Calibrator::reject_outliers() {
+    for (auto& view : problem_.views) {
+        for (auto& corner : view.corners)
+            corner.use =
+                problem_.residual(view, corner).norm() < 6 * 1.5 * problem_.corner_sigma_px;
+        for (auto& stripe : view.stripes)
+            stripe.use = std::abs(problem_.residual_mm(view, stripe)) <
+                         5 * problem_.stripe_sigma_factor * stripe.sigma_mm;
+    }
+}
+
+void Calibrator::solve_jointly() {
+    ScannerProblem::Stage stage = problem_.everything();
+    problem_.corner_sigma_px = std::max(1e-6, camera_.sigma_pixel);
+    stage.huber_sigmas = 3;
+    stage.max_iterations = 30;
+    for (int round = 0; round < 2; ++round) {
+        problem_.weigh_stripes();
+        problem_.solve(stage);
+        problem_.weigh_stripes();
+        estimate_sigmas(true);
+    }
+    reject_outliers();
+    stage.huber_sigmas = 0;
+    stage.max_iterations = 100;
+    ceres::Solver::Summary summary;
+    for (int round = 0; round < 3; ++round) {
+        summary = problem_.solve(stage);
+        if (round == 2) break;  // the last solve and the covariance share their weights
+        problem_.weigh_stripes();
+        estimate_sigmas(false);
+    }
+    result_.converged = summary.termination_type == ceres::CONVERGENCE;
+}
+
+void Calibrator::summarise_views() {
+    double all = 0;
+    int corners = 0;
+    for (std::size_t i = 0; i < source_.size(); ++i) {
+        const auto& view = problem_.views[i];
+        ScannerViewResult& out = result_.views[source_[i]];
+        out.camera_from_board = rigid_from_block(view.pose.data());
+        double sum = 0, stripe_sum = 0;
+        for (const auto& corner : view.corners) {
+            if (!corner.use) {
+                ++out.corners_rejected;
+                continue;
+            }
+            sum += problem_.residual(view, corner).squaredNorm();
+            ++out.corners_used;
+        }
+        for (const auto& stripe : view.stripes) {
+            if (!stripe.use) {
+                ++out.stripe_points_rejected;
+                continue;
+            }
+            const double r = problem_.residual_mm(view, stripe) / stripe.sigma_mm;
+            stripe_sum += r * r;
+            ++out.stripe_points_used;
+        }
+        out.rms_px = out.corners_used > 0 ? std::sqrt(sum / out.corners_used) : 0;
+        out.stripe_rms =
+            out.stripe_points_used > 0 ? std::sqrt(stripe_sum / out.stripe_points_used) : 0;
+        all += sum;
+        corners += out.corners_used;
+        ++result_.views_used;
+    }
+    result_.rms_px = corners > 0 ? std::sqrt(all / corners) : 0;
+}
+
+std::vector<VolumeSample> Calibrator::volume_samples() const {
+    std::vector<VolumeSample> samples;
+    for (const auto& view : problem_.views)
+        for (const auto& stripe : view.stripes)
+            if (stripe.use) samples.push_back({stripe.point.pixel, stripe.point.s});
+    return samples;
+}
+
+CalibrationCoverage Calibrator::coverage() const {
+    CalibrationCoverage seen;
+    for (std::size_t i = 0; i < source_.size(); ++i) {
+        const auto& view = problem_.views[i];
+        const Rigid3 pose = rigid_from_block(view.pose.data());
+        seen.board_normals.push_back(pose.rotation.col(2));
+        for (const auto& corner : view.corners) {
+            seen.corner_pixels.push_back(corner.pixel);
+            seen.picture_s.push_back(corner.s);
+        }
+        for (const auto& stripe : view.stripes) {
+            const Channel& channel = problem_.channel();
+            const Rigid3 at_s = board_motion(channel, stripe.point.s) * pose;
+            const Eigen::Vector3d ray = ray_through(channel.camera, stripe.point.pixel);
+            const Eigen::Vector3d normal = at_s.rotation.col(2);
+            seen.stripe_in_camera.push_back(ray * (normal.dot(at_s.translation) / normal.dot(ray)));
+        }
+    }
+    return seen;
+}
+
+void Calibrator::summarise() {
+    summarise_views();
+    result_.model = nominal_;
+    result_.model.channels = {problem_.channel()};
+    result_.model.covariance = problem_.covariance();
+    result_.model.provenance.rms_px = result_.rms_px;
+    result_.corner_sigma_px = problem_.corner_sigma_px;
+    result_.stripe_sigma_factor = problem_.stripe_sigma_factor;
+
+    double chi_square = 0, rows = 0;
+    for (double r : corner_residuals()) {
+        chi_square += r * r / (problem_.corner_sigma_px * problem_.corner_sigma_px);
+        ++rows;
+    }
+    for (double r : stripe_residuals()) {
+        chi_square += r * r / (problem_.stripe_sigma_factor * problem_.stripe_sigma_factor);
+        ++rows;
+    }
+    result_.chi_square_per_dof =
+        chi_square / std::max(1.0, rows - 6.0 * static_cast<double>(source_.size()) - 26);
+
+    std::vector<VolumeSample> samples = volume_samples();
+    ValidVolume& volume = result_.model.volume;
+    bool first = true;
+    for (const VolumeSample& sample : samples)
+        if (const auto spot = triangulate(problem_.channel(), sample.pixel, sample.s)) {
+            volume.min = first ? spot->point_in_scan : volume.min.cwiseMin(spot->point_in_scan);
+            volume.max = first ? spot->point_in_scan : volume.max.cwiseMax(spot->point_in_scan);
+            first = false;
+        }
+    std::vector<VolumeSample> few;
+    for (std::size_t i = 0; i < 400 && !samples.empty(); ++i)
+        few.push_back(samples[i * samples.size() / 400]);
+    result_.predicted = predict_sigma(result_.model, few);
+    const auto warnings = calibration_warnings(result_, coverage());
+    result_.warnings.insert(result_.warnings.end(), warnings.begin(), warnings.end());
+}
+
+}  // namespace
+
+CornerView find_corners(const CalibrationView& view, const Board& board) {
+    CornerView found;
+    found.name = view.name;
+    found.pulses = view.pulses;
+    for (std::size_t i = 0; i < view.images.size(); ++i) {
+        const std::string name = view.name + " picture " + std::to_string(i + 1);
+        Detection detection = detect_board(view.images[i].image, board);
+        if (detection.found())
+            found.corners.push_back(
+                {name, view.images[i].s, std::move(detection.ids), std::move(detection.pixels)});
+        else
+            found.refusals.push_back(name + ": " + detection.refusal);
+    }
+    return found;
+}
+
+ScannerCalibration calibrate_scanner(const std::vector<CornerView>& views, const Board& board,
+                                     const ScannerModel& nominal,
+                                     const ScannerCalibrationOptions& options) {
+    check(nominal, board, options);
+    return Calibrator(views, board, nominal, options).run();
+}
+
+ScannerCalibration calibrate_scanner(const std::vector<CalibrationView>& views, const Board& board,
+                                     const ScannerModel& nominal,
+                                     const ScannerCalibrationOptions& options) {
+    check(nominal, board, options);
+    std::vector<CornerView> found;
+    for (const CalibrationView& view : views) found.push_back(find_corners(view, board));
+    return calibrate_scanner(found, board, nominal, options);
+}
+
+}  // namespace stria

@@ -11,6 +11,7 @@ std::vector<std::unique_ptr<Verb>> all_verbs() {
     verbs.push_back(make_scan_verb());
     verbs.push_back(make_range_verb());
     verbs.push_back(make_register_verb());
+    verbs.push_back(make_replay_verb());
     verbs.push_back(make_stripe_verb());
     verbs.push_back(make_fuse_verb());
     verbs.push_back(make_mesh_info_verb());

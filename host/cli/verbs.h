@@ -10,6 +10,7 @@ std::unique_ptr<Verb> make_simulate_verb();
 std::unique_ptr<Verb> make_scan_verb();
 std::unique_ptr<Verb> make_range_verb();
 std::unique_ptr<Verb> make_register_verb();
+std::unique_ptr<Verb> make_replay_verb();
 std::unique_ptr<Verb> make_stripe_verb();
 std::unique_ptr<Verb> make_devices_verb();
 std::unique_ptr<Verb> make_info_verb();

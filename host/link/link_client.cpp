@@ -106,8 +106,13 @@ class LinkClient : public DeviceClient {
         }
     }
 
+    /// A link that broke is noticed by next_data(), after what had come before.
     void grant(std::uint64_t bytes) {
-        device_.tell({.verb = RequestVerb::credit, .credit_bytes = bytes});
+        try {
+            device_.tell({.verb = RequestVerb::credit, .credit_bytes = bytes});
+        } catch (const DeviceError&) {
+            return;
+        }
     }
 
     void report(const ScanPlan& plan, const RunOptions& options) const {

@@ -113,7 +113,7 @@ std::optional<BeamAtPoint> Beam::passing(const SurfaceHit& hit, double guess) co
         if (std::abs(slope) < 1e-9) return std::nullopt;
         const double step = std::clamp(distance / slope, -0.2, 0.2);
         s -= step;
-        if (std::abs(step) < 1e-12) break;
+        if (std::abs(step) < 1e-9) break;  // the next would be below 1e-12: the bow bends little
     }
     if (!(std::abs(s - middle_s_) <= 2 * half_travel_)) return std::nullopt;
 

@@ -9,16 +9,16 @@ namespace stria {
 namespace {
 
 constexpr int kBlockRows = 32;
-constexpr int kStrata = 4;         ///< rays a side where a pixel is uneven
-constexpr double kCrease = 0.1;    ///< second difference of the crossing, beam sigmas
-constexpr double kContrast = 0.1;  ///< relative step of brightness between neighbours
+constexpr int kStrata = 4;        ///< rays a side where a pixel is uneven
+constexpr double kCrease = 0.25;  ///< second difference of the crossing, beam sigmas
+/// Relative steps between neighbours: of ambient light, where targets' corners must be right, and
+/// of the laser's, where a slope of 30 % a pixel moves a pulse by 3 % of the pixel's own spread.
+constexpr float kAmbientStep = 0.1F, kRateStep = 0.3F;
 constexpr double kFinePart = 0.5;  ///< beam sigmas a part of the footprint may span
 constexpr int kMostParts = 8;
 constexpr double kBesidePixels = 6;  ///< of the sheet within which a pixel is looked at closely
 
-bool differs(float a, float b) {
-    return std::abs(a - b) > static_cast<float>(kContrast) * std::max(a, b);
-}
+bool differs(float a, float b, float step) { return std::abs(a - b) > step * std::max(a, b); }
 
 }  // namespace
 
@@ -100,8 +100,8 @@ bool ViewLight::is_uneven(const std::vector<RayLight>& image, int x, int y) cons
     const RayLight& here = at(x, y);
     const RayLight* const around[4] = {&at(x - 1, y), &at(x + 1, y), &at(x, y - 1), &at(x, y + 1)};
     for (const RayLight* other : around) {
-        if (differs(here.ambient, other->ambient)) return true;
-        if (here.judged && other->judged && differs(here.rate, other->rate)) return true;
+        if (differs(here.ambient, other->ambient, kAmbientStep)) return true;
+        if (here.judged && other->judged && differs(here.rate, other->rate, kRateStep)) return true;
         if (here.rate > 0 && here.object != other->object) return true;
     }
     if (here.rate <= 0) return false;
@@ -125,16 +125,22 @@ void ViewLight::add_smooth(const std::vector<RayLight>& image, int x, int y, con
     block.ambient[pixel] = here.ambient;
     if (here.rate <= 0) return;
 
-    const auto slope = [&](std::size_t before, std::size_t after) {
-        const RayLight &a = image[before], &b = image[after];
-        if (!a.judged || !b.judged || before == after) return 0.0;
-        const double pixels = before == index(x, y) || after == index(x, y) ? 1 : 2;
-        return (b.position - a.position) / pixels;
+    // Slope and bend of the crossing along u and v, per pixel; the bend's mean over the pixel is
+    // its 24th part.
+    struct Course {
+        double slope = 0, bend = 0;
     };
-    const double along_u =
-        slope(index(std::max(x - 1, 0), y), index(std::min(x + 1, width_ - 1), y));
-    const double along_v =
-        slope(index(x, std::max(y - 1, 0)), index(x, std::min(y + 1, height_ - 1)));
+    const auto course = [&](std::size_t before, std::size_t after) {
+        const RayLight &a = image[before], &b = image[after];
+        if (!a.judged || !b.judged || before == after) return Course{};
+        if (before == index(x, y) || after == index(x, y))
+            return Course{b.position - a.position, 0};
+        return Course{(b.position - a.position) / 2, a.position - 2 * here.position + b.position};
+    };
+    const Course u = course(index(std::max(x - 1, 0), y), index(std::min(x + 1, width_ - 1), y));
+    const Course v = course(index(x, std::max(y - 1, 0)), index(x, std::min(y + 1, height_ - 1)));
+    const double along_u = u.slope, along_v = v.slope;
+    const double mean = here.position + (u.bend + v.bend) / 24;
     const double per = static_cast<double>(here.per_position);
     const auto parts = [&](double step) {
         return std::clamp(static_cast<int>(std::ceil(std::abs(step) * per / kFinePart)), 1,
@@ -145,7 +151,7 @@ void ViewLight::add_smooth(const std::vector<RayLight>& image, int x, int y, con
     const double shrink = 1 / std::sqrt(1 + (part_u * part_u + part_v * part_v) / 12);
     for (int j = 0; j < parts_v; ++j) {
         for (int i = 0; i < parts_u; ++i) {
-            const double position = here.position + along_u * ((i + 0.5) / parts_u - 0.5) +
+            const double position = mean + along_u * ((i + 0.5) / parts_u - 0.5) +
                                     along_v * ((j + 0.5) / parts_v - 0.5);
             StripeLight light;
             light.pixel = pixel;

@@ -153,6 +153,80 @@ TEST(Determinism, SeedsAndThreads) {
     }
 }
 
+// Rolling shutter: row y is exposed y row times later, so the stripe in it belongs to a later s.
+TEST(RollingShutter, EachRowSeesTheSheetOfItsOwnMoment) {
+    Scene scene = quiet_example("swept.toml", false);
+    scene.objects.erase(scene.objects.begin());  // the plate alone
+    scene.views.clear();
+    scene.channel.sheet.waist_sigma_mm = 0.5;
+    scene.sensor.exposure_us = 200;
+    scene.sensor.row_time_us = 20;  // 12.8 ms from first row to last
+    scene.sensor.min_frame_period_us = 14000;
+    SimulatedScanner scanner(scene, 1);
+    const Channel channel = scanner.truth_model().channels.front();
+    const Rigid3 plate = scene.objects[0].world_from_object;
+    Devices d = scanner.devices();
+    ASSERT_TRUE(d.camera.configure({200 * kNsPerUs, 14 * kNsPerMs}));
+    ASSERT_TRUE(d.axis.move_to(-0.05, kNsPerSecond));
+    ASSERT_TRUE(d.laser.on(1));
+    ASSERT_TRUE(d.axis.start_sweep(-0.05, 0.05, 1.0));
+    ASSERT_TRUE(d.camera.start());
+    Frame frame;
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(d.camera.next_frame(frame, 10 * kNsPerSecond));
+    double worst = 0;
+    int rows = 0;
+    for (int y = 100; y < 540; y += 20) {
+        double sum = 0, moment = 0;
+        for (int x = 0; x < frame.width; ++x) {
+            sum += frame.sample(x, y);
+            moment += x * frame.sample(x, y);
+        }
+        if (sum < 1000) continue;
+        const double s = scanner.true_axis_position(frame.row_time(y));
+        const auto t = triangulate(channel, Eigen::Vector2d(moment / sum, y), s);
+        ASSERT_TRUE(t);
+        worst = std::max(worst, std::abs((plate.inverse() * t->point_in_scan).z()));
+        ++rows;
+    }
+    EXPECT_GT(rows, 15);
+    EXPECT_LT(worst, 0.02);  // mm: the centroid across a beam of 0.5 mm; a row's error would be 0.4
+}
+
+TEST(Faults, TimingJitterMovesTheStripeAgainstItsStamp) {
+    Scene scene = quiet_example("swept.toml", false);
+    scene.objects.erase(scene.objects.begin());
+    scene.views.clear();
+    scene.sensor.exposure_us = 200;
+    const auto spread_us = [&](double jitter_us) {
+        scene.fault.timing_jitter_us = jitter_us;
+        SimulatedScanner scanner(scene, 1);
+        const Channel channel = scanner.truth_model().channels.front();
+        const Rigid3 plate = scene.objects[0].world_from_object;
+        const double speed = 0.8;
+        const SimSweep sweep = record_sweep(scanner, -0.04, 0.04, speed * 0.002);
+        double squares = 0;
+        int count = 0;
+        for (std::size_t k = 0; k < sweep.frames.size(); ++k) {
+            double sum = 0, moment = 0;
+            for (int x = 0; x < scene.channel.camera.width; ++x) {
+                sum += sweep.frames[k].sample(x, 320);
+                moment += x * sweep.frames[k].sample(x, 320);
+            }
+            if (sum < 1000) continue;
+            const auto t = triangulate(channel, Eigen::Vector2d(moment / sum, 320), sweep.s[k]);
+            const Eigen::Vector3d normal = plate.rotation.col(2);
+            const double off = normal.dot(t->point_in_scan - plate.translation);
+            const double late_s = off / normal.dot(t->d_point_d_s) / speed;
+            squares += late_s * late_s * 1e12;
+            ++count;
+        }
+        EXPECT_GT(count, 40);
+        return std::sqrt(squares / count);
+    };
+    EXPECT_LT(spread_us(0), 3);
+    EXPECT_NEAR(spread_us(50), 50, 20);  // 50 frames give a spread to 10 %
+}
+
 TEST(Views, PutTheObjectsWhereTheySay) {
     const Scene scene = read_scene(example_scene("swept.toml"));
     SimulatedScanner scanner(scene, 1);

@@ -1,11 +1,11 @@
 #include <sys/resource.h>
 
+#include "host/cli/scan_input.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
 #include "host/fusion/fuse.h"
 #include "host/io/mesh_io.h"
 #include "host/io/model_io.h"
-#include "host/io/range_io.h"
 #include "host/mesh/mesh_info.h"
 
 namespace stria {
@@ -23,7 +23,7 @@ class FuseVerb : public Verb {
     std::string summary() const override { return "merge range images into one mesh"; }
 
     void declare(Arguments& arguments) override {
-        arguments.positional("SCAN", scans_, "range images (PLY)");
+        arguments.positional("SCAN", scans_, "range PLYs, scan folders or projects");
         arguments.option("--poses", poses_,
                          "poses.toml, .conf or a 4x4 matrix; none: all scans stand in the world");
         arguments.option("--out", out_, "mesh to write: PLY, OBJ, STL, OFF, GLB", true);
@@ -47,29 +47,23 @@ class FuseVerb : public Verb {
         options_.memory_mb = static_cast<std::size_t>(memory_mb_);
         if (const std::string wrong = options_.validate(); !wrong.empty()) throw Error(wrong);
         context.check_output(out_);
-        const std::vector<RangeImage> images = read_scans(context);
-        const FuseResult result = fuse(placed(images, context), options_);
+        const std::vector<ScanInput> inputs = read_range_scans(scans_, context);
+        const FuseResult result = fuse(placed(inputs, context), options_);
         write_mesh(out_, result.mesh);
         report(context, result);
         return 0;
     }
 
   private:
-    std::vector<RangeImage> read_scans(const Context& context) const {
-        std::vector<RangeImage> images;
-        for (const std::string& path : scans_)
-            images.push_back(read_range_image(path, context.mm_per_unit()));
-        return images;
-    }
-
-    std::vector<FuseScan> placed(const std::vector<RangeImage>& images,
+    std::vector<FuseScan> placed(const std::vector<ScanInput>& inputs,
                                  const Context& context) const {
         std::vector<ScanPose> poses;
         if (!poses_.empty()) poses = read_poses(poses_, context.mm_per_unit());
         std::vector<FuseScan> placed;
-        for (std::size_t i = 0; i < images.size(); ++i) {
-            FuseScan scan = {.image = &images[i], .world_from_scan = {}};
-            if (!poses_.empty()) scan.world_from_scan = find_pose(poses, scans_[i]).world_from_scan;
+        for (const ScanInput& input : inputs) {
+            FuseScan scan = {.image = &input.image, .world_from_scan = {}};
+            if (!poses_.empty())
+                scan.world_from_scan = find_pose(poses, input.source.range).world_from_scan;
             placed.push_back(scan);
         }
         return placed;

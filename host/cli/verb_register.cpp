@@ -2,10 +2,10 @@
 
 #include "host/cli/command.h"
 #include "host/cli/progress.h"
+#include "host/cli/scan_input.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
 #include "host/io/model_io.h"
-#include "host/io/range_io.h"
 #include "host/project/project.h"
 #include "host/registration/coarse.h"
 #include "host/registration/joint.h"
@@ -62,11 +62,7 @@ class Register final : public Verb {
         std::vector<ScanSurface> surfaces;
         Progress progress(context, "read", sources.size(), "scans");
         for (const ScanSource& source : sources) {
-            if (source.range.empty())
-                throw FileError(source.name, "",
-                                "expected a range image, found none; make it with stria range");
-            surfaces.push_back(
-                prepare_surface(read_range_image(source.range, context.mm_per_unit())));
+            surfaces.push_back(prepare_surface(read_range_scan(source, context)));
             if (surfaces.back().samples.empty())
                 throw FileError(source.range, "",
                                 "expected a surface of neighbouring points, found none");

@@ -8,12 +8,15 @@
 namespace stria {
 namespace {
 
-constexpr int kMaxIterations = 30;
+constexpr int kMaxIterations = 50;
 constexpr double kNarrowAperture = 0.1;  // h / w below which the second order is exact to 1e-5
 // Predicted decrease of the deviance by a step, in squared sigmas, after which no more are needed
 // (the next step is far smaller), and with which a fit that used up its iterations is still good.
 constexpr double kTightDecrease = 1e-4;
 constexpr double kLooseDecrease = 1e-2;
+// Or the last move of the position, in widths: of a clipped pulse height and width are hardly known
+// apart and keep drifting, while the position stands.
+constexpr double kLooseMove = 1e-3;
 
 /// Weight (minus the second derivative of the log likelihood by the model value) and slope (first
 /// derivative) of a saturated sample: log Q(z), z = (level - model) / s.
@@ -70,7 +73,8 @@ class Fitter {
             hold_width_at_limit(p[kLogWidth]);
             fit.converged = !improve(p, damping);
         }
-        fit.converged = fit.converged || last_decrease_ < kLooseDecrease;
+        fit.converged = fit.converged || last_decrease_ < kLooseDecrease ||
+                        last_move_ < kLooseMove * std::exp(p[kLogWidth]);
         set_weights();
         accumulate();
         hold_width_at_limit(p[kLogWidth]);
@@ -197,10 +201,13 @@ class Fitter {
             clamp(trial_p);
             evaluate(trial_p, trial_);
             if (objective(trial_) <= before + 1e-9 * std::abs(before)) {
+                last_decrease_ = decrease;
+                last_move_ = 0;
+                for (int k = 0; k < kPeaks; ++k)
+                    last_move_ = std::max(last_move_, std::abs(trial_p[2 * k + 1] - p[2 * k + 1]));
                 p = trial_p;
                 std::swap(current_, trial_);
                 damping = std::max(damping * 0.1, 1e-9);
-                last_decrease_ = decrease;
                 return decrease > kTightDecrease;
             }
             damping = std::max(damping * 10.0, 1e-3);
@@ -293,7 +300,7 @@ class Fitter {
     std::array<double, kMaxFitSamples> variance_;
     Matrix fisher_;
     Vector gradient_;
-    double last_decrease_ = 1e300;
+    double last_decrease_ = 1e300, last_move_ = 1e300;
 };
 
 /// Where a second pulse would help most: the greatest residual, smoothed over three samples.
@@ -325,10 +332,13 @@ bool significant_misfit(const GaussianFit& fit) {
 bool is_certain(const FitSamples& samples, const GaussianFit& fit) {
     const double half_step = 0.5 * (samples.x[1] - samples.x[0]);
     const double first = samples.x[0], last = samples.x[samples.count - 1];
+    const bool clipped =
+        std::count(samples.saturated.begin(), samples.saturated.begin() + samples.count, 1) > 0;
     for (int k = 0; k < fit.peaks; ++k) {
         if (fit.sigma[k] > fit.width + half_step) return false;
-        // A narrow pulse may trade height against width and yet be certain.
-        if (fit.width > 3.0 * half_step && fit.amplitude[k] < 3.0 * fit.sigma_amplitude[k])
+        // A narrow or clipped pulse may trade height against width and yet be certain.
+        if (!clipped && fit.width > 3.0 * half_step &&
+            fit.amplitude[k] < 3.0 * fit.sigma_amplitude[k])
             return false;
         if (fit.position[k] <= first - half_step || fit.position[k] >= last + half_step)
             return false;

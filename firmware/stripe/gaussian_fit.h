@@ -62,8 +62,8 @@ GaussianFit fit_two_gaussians(const FitSamples& samples, const SensorNoise& nois
 /// Bayesian information criterion prefers them (deviances scaled by the better fit's chi-square),
 /// they stand at least one width apart and the weaker has `min_amplitude` DN and 5 % of the other.
 /// A pulse at the end of the window, or whose sigma exceeds its width and half a sample, or whose
-/// amplitude is below 3 of its sigmas though it is wide (a slope of the background) is none:
-/// converged is false then.
+/// amplitude is below 3 of its sigmas though it is wide and not clipped (a slope of the background)
+/// is none: converged is false then.
 GaussianFit fit_pulses(const FitSamples& samples, const SensorNoise& noise, double full_scale,
                        const FitStart& start, double min_amplitude);
 

@@ -147,10 +147,16 @@ void RowPeakFinder::fit(const Candidate& candidate, std::vector<Pulse>& peaks,
     start.background = candidate.background;
     start.amplitude = values_[top] - candidate.background;
 
-    const int reach = std::min(static_cast<int>(std::ceil(4.0 * start.width)) + 2,
-                               (kMaxFitSamples - (high - low)) / 2 - 1);
-    const int begin = std::max(static_cast<int>(start.position) - reach, 0);
-    const int end = std::min(static_cast<int>(std::ceil(start.position)) + reach + 1, width_);
+    const int reach = static_cast<int>(std::ceil(4.0 * start.width)) + 2;
+    const double noise_dn = std::sqrt(sample_variance(noise_, candidate.background));
+    const auto raised =
+        static_cast<float>(candidate.background + std::max(4.0 * noise_dn, 0.1 * start.amplitude));
+    int begin = std::max(static_cast<int>(start.position) - reach, 0);
+    int end = std::min(static_cast<int>(std::ceil(start.position)) + reach + 1, width_);
+    // A window must not end on the flank of a neighbour: then that one is fitted along.
+    const int most = std::min(5 * reach, kMaxFitSamples);
+    while (begin > 0 && values_[begin] > raised && end - begin < most) --begin;
+    while (end < width_ && values_[end - 1] > raised && end - begin < most) ++end;
     FitSamples samples;
     samples.count = std::min(end - begin, kMaxFitSamples);
     samples.half_aperture = 0.5;
@@ -159,7 +165,6 @@ void RowPeakFinder::fit(const Candidate& candidate, std::vector<Pulse>& peaks,
         samples.y[i] = values_[begin + i];
         samples.saturated[i] = values_[begin + i] >= static_cast<float>(full_scale_);
     }
-    const double noise_dn = std::sqrt(sample_variance(noise_, candidate.background));
     const double smallest = std::max(options_.min_amplitude_dn, options_.min_snr * noise_dn);
     const GaussianFit fit = fit_pulses(samples, noise_, full_scale_, start, smallest);
     if (!fit.converged || fit.width > options_.max_width_px) return;

@@ -7,6 +7,9 @@
 namespace stria {
 namespace {
 
+constexpr std::int64_t kMostPixels = std::int64_t{1} << 25;  ///< about 3 GB of rays and light
+constexpr double kLongestMoveS = 3600;                       ///< bounds the axis log
+
 std::string wrong(const std::string& field, double value, const std::string& bound) {
     return field + " = " + std::to_string(value) + ": expected " + bound;
 }
@@ -51,10 +54,14 @@ std::string validate_laser_and_axis(const Scene& scene) {
         return wrong("laser.power_mw", scene.laser_power_mw, "0 or more");
     const SceneAxis& axis = scene.axis;
     if (!(axis.min < axis.max)) return wrong("axis.min", axis.min, "below axis.max");
+    if (!(std::isfinite(axis.min) && std::isfinite(axis.max)))
+        return "axis.min and axis.max: expected finite numbers";
     if (!(axis.max_speed > 0)) return wrong("axis.max_speed", axis.max_speed, "above 0");
     if (!(axis.sigma >= 0)) return wrong("axis.sigma", axis.sigma, "0 or more");
-    if (!(axis.log_period_us >= 10))
-        return wrong("axis.log_period_us", axis.log_period_us, "10 or more");
+    if (!((axis.max - axis.min) / axis.max_speed <= kLongestMoveS))
+        return wrong("axis.max_speed", axis.max_speed, "the whole travel within an hour");
+    if (!(axis.log_period_us >= 50 && axis.log_period_us <= 1e6))
+        return wrong("axis.log_period_us", axis.log_period_us, "50 to 1e6");
     if (!(std::abs(scene.channel.axis.delay_ns) < 1e8))
         return wrong("axis.delay_ns", scene.channel.axis.delay_ns, "-1e8 to 1e8");
     return "";
@@ -120,6 +127,10 @@ std::string validate(const Scene& scene) {
     ScannerModel model;
     model.channels.push_back(scene.channel);
     if (std::string why = validate(model); !why.empty()) return why;
+    const CameraModel& camera = scene.channel.camera;
+    if (std::int64_t{camera.width} * camera.height > kMostPixels)
+        return "camera: " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
+               " pixels: expected at most " + std::to_string(kMostPixels) + " in all";
     if (std::string why = validate_sensor(scene.sensor); !why.empty()) return why;
     if (std::string why = validate_laser_and_axis(scene); !why.empty()) return why;
     for (const SceneObject& object : scene.objects)

@@ -219,6 +219,9 @@ class SimAxis final : public Axis {
         if (!(speed > 0 && speed <= fastest * (1 + 1e-9)))
             return Failure{"axis: speed " + std::to_string(speed) + ": expected above 0, at most " +
                            std::to_string(fastest)};
+        if (!(std::abs(to - from) / speed <= 3600))
+            return Failure{"axis: a sweep of " + std::to_string(std::abs(to - from) / speed) +
+                           " s: expected at most 3600"};
         const double run_up =
             std::copysign(speed * 1e-9 * static_cast<double>(kRunUpNs), to - from);
         machine_.motion.halt(machine_.now);

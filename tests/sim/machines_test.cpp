@@ -227,6 +227,51 @@ TEST(Faults, TimingJitterMovesTheStripeAgainstItsStamp) {
     EXPECT_NEAR(spread_us(50), 50, 20);  // 50 frames give a spread to 10 %
 }
 
+TEST(Determinism, MeshesTooWhateverTheThreads) {
+    // A bumpy ball of 20 000 triangles, so that trees are built in parallel.
+    auto mesh = std::make_shared<TriMesh>();
+    constexpr unsigned kRings = 100;
+    for (unsigned i = 0; i <= kRings; ++i)
+        for (unsigned j = 0; j < kRings; ++j) {
+            const double polar = M_PI * i / kRings, around = 2 * M_PI * j / kRings;
+            const double r = 60 * (1 + 0.05 * std::sin(7 * around) * std::sin(5 * polar));
+            mesh->positions.push_back({r * std::sin(polar) * std::cos(around),
+                                       r * std::sin(polar) * std::sin(around),
+                                       r * std::cos(polar)});
+        }
+    for (unsigned i = 0; i < kRings; ++i)
+        for (unsigned j = 0; j < kRings; ++j) {
+            const unsigned a = i * kRings + j, b = i * kRings + (j + 1) % kRings;
+            mesh->triangles.push_back({a, a + kRings, b});
+            mesh->triangles.push_back({b, a + kRings, b + kRings});
+        }
+    Scene scene = built_in_scene();
+    scene.channel.camera = {.kind = LensKind::pinhole,
+                            .width = 320,
+                            .height = 256,
+                            .fx = 460,
+                            .fy = 460,
+                            .cx = 160,
+                            .cy = 128};
+    SceneObject part;
+    part.name = "part";
+    part.shape = SceneShape::mesh;
+    part.mesh = mesh;
+    part.world_from_object.translation = {0, 0, -420};
+    scene.objects = {part};
+    const auto picture = [&](int threads) {
+        set_thread_count(threads);
+        SimulatedScanner scanner(scene, 1);
+        std::vector<std::uint8_t> bytes = record_still(scanner, 0, 1).bytes;
+        set_thread_count(0);
+        return bytes;
+    };
+    const std::vector<std::uint8_t> one = picture(1);
+    EXPECT_EQ(one, picture(2));
+    EXPECT_EQ(one, picture(3));
+    EXPECT_GT(*std::max_element(one.begin(), one.end()), 60);
+}
+
 TEST(Views, PutTheObjectsWhereTheySay) {
     const Scene scene = read_scene(example_scene("swept.toml"));
     SimulatedScanner scanner(scene, 1);

@@ -20,8 +20,9 @@ constexpr int kTileBricks = kTileSide * kTileSide * kTileSide;
 constexpr std::size_t kMaxPieces = 512;
 using Bits = std::array<std::uint64_t, 8>;
 
-std::vector<std::uint32_t> all_triangles(const RangeSurface& surface) {
-    std::vector<std::uint32_t> all(surface.triangles.size());
+/// Numbers of all triangles; the laser may not have passed between those that are no surface.
+std::vector<std::uint32_t> all_triangles(const RangeSurface& surface, bool laser) {
+    std::vector<std::uint32_t> all(laser ? surface.first_gap : surface.triangles.size());
     std::iota(all.begin(), all.end(), 0u);
     return all;
 }
@@ -34,7 +35,7 @@ std::vector<std::vector<std::uint32_t>> pieces_of(const RangeSurface& surface, b
         return laser ? v.laser : v.camera;
     };
     const auto s = [&](std::uint32_t t) { return surface.vertices[surface.triangles[t][0]].s; };
-    std::vector<std::uint32_t> order = all_triangles(surface);
+    std::vector<std::uint32_t> order = all_triangles(surface, laser);
     std::sort(order.begin(), order.end(),
               [&](std::uint32_t a, std::uint32_t b) { return s(a) != s(b) ? s(a) < s(b) : a < b; });
     double path = 0;
@@ -81,7 +82,7 @@ std::vector<SightBuffer> sight_buffers(const RangeSurface& surface, double ramp_
             for (auto& triangles : pieces_of(surface, laser, 2 * half))
                 pieces.push_back({laser, std::move(triangles)});
         } else {
-            pieces.push_back({laser, all_triangles(surface)});
+            pieces.push_back({laser, all_triangles(surface, laser)});
         }
     }
     std::vector<std::optional<SightBuffer>> made(pieces.size());

@@ -67,14 +67,16 @@ void carve_scans(FusedVolume& fused, const std::vector<FuseScan>& scans,
                  std::size_t max_bytes) {
     const CpuTimer timer(fused.cpu_seconds.carve);
     const double h = fused.volume.voxel_mm();
+    RangeSurfaceOptions with_gaps = surface_options;
+    with_gaps.with_gaps = true;
     Carver carver(fused.volume, max_bytes);
     for (const FuseScan& scan : scans) {
         const RangeSurface surface =
-            make_range_surface(*scan.image, scan.world_from_scan, surface_options);
+            make_range_surface(*scan.image, scan.world_from_scan, with_gaps);
         std::vector<std::array<Eigen::Vector3d, 4>> open;
         if (options.carve_background) open = background_quads(*scan.image, surface);
         carver.carve(
-            sight_buffers(surface, fused.ramp_mm, h, 1.5 * h, carver.box_diagonal_mm(), open));
+            sight_buffers(surface, fused.ramp_mm, h / 2, 1.5 * h, carver.box_diagonal_mm(), open));
     }
     carver.store(fused.volume);
 }

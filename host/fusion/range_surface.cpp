@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "firmware/core/pulse.h"
 #include "host/geometry/range_grid.h"
@@ -74,6 +75,14 @@ SurfaceVertex make_vertex(const RangeImage& image, const RangePoint& point, cons
     return vertex;
 }
 
+/// Appends the triangles of neighbouring cells that are not in the (ascending) list yet.
+void append_gaps(const RangeImage& image, Triangles& triangles) {
+    const Triangles all = range_triangles(image, {.max_edge_mm = 1e9, .max_incidence_rad = 1.5707});
+    const std::set<std::array<std::uint32_t, 3>> known(triangles.begin(), triangles.end());
+    for (const auto& t : all)
+        if (!known.count(t)) triangles.push_back(t);
+}
+
 }  // namespace
 
 double median_sigma_mm(const RangeImage& image) {
@@ -101,6 +110,9 @@ RangeSurface make_range_surface(const RangeImage& image, const Rigid3& world_fro
     const auto border = border_distance(image, triangles, options.border_taper_cells);
     const auto normals = cell_normals(image, triangles);
     const auto carves = carving_cells(image);
+
+    surface.first_gap = triangles.size();
+    if (options.with_gaps) append_gaps(image, triangles);
 
     constexpr std::uint32_t kNone = ~std::uint32_t{0};
     std::vector<std::uint32_t> vertex_of(image.cell_count(), kNone);

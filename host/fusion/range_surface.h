@@ -30,13 +30,18 @@ struct RangeSurface {
     std::vector<SurfaceVertex> vertices;
     std::vector<std::uint32_t> cells;                     ///< of the vertices, ascending
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise for the camera
-    double median_sigma_mm = 0;                           ///< 0: unknown
+    /// Triangles from here on join neighbouring cells that are no common surface (an edge too long,
+    /// or seen too flat); none unless asked for. The camera saw free space up to their nearest
+    /// corner.
+    std::size_t first_gap = 0;
+    double median_sigma_mm = 0;  ///< 0: unknown
 };
 
 struct RangeSurfaceOptions {
     double max_edge_mm = 0;           ///< see RangeGridOptions
     double max_incidence_rad = 1.42;  ///< 81 deg: cosine 0.15, as VripPack's MinViewDot
     int border_taper_cells = 8;       ///< weight grows linearly over so many cells from the border
+    bool with_gaps = false;           ///< append the triangles that are no surface
     double reference_sigma_mm = 0;  ///< weight (reference / sigma)^2 where sigma is known; 0: none
 };
 

@@ -134,8 +134,15 @@ void SightBuffer::draw_surface(const RangeSurface& surface,
             blocks |= !vertex.carves;
         }
         const double shorter_mm = 3 * static_cast<double>(sigma) + ramp_mm;
+        double nearest = 1e300;
+        for (const Vector3d& corner : corners) {
+            Pixel pixel;
+            if (project(corner, pixel)) nearest = std::min(nearest, pixel.range);
+        }
+        const bool is_gap = t >= surface.first_gap;
         draw(corners, [&](std::size_t pixel, double range) {
-            const float sight = blocks ? -kInfinity : static_cast<float>(range - shorter_mm);
+            const double end = is_gap ? nearest : range;
+            const float sight = blocks ? -kInfinity : static_cast<float>(end - shorter_mm);
             free_mm_[pixel] = std::min(free_mm_[pixel], sight);
         });
     }
@@ -153,19 +160,7 @@ void SightBuffer::close_undrawn(const Quads& open) {
 }
 
 void SightBuffer::build_levels() {
-    Level first;
-    first.width = width_ - 1;
-    first.height = height_ - 1;
-    for (int y = 0; y < first.height; ++y)
-        for (int x = 0; x < first.width; ++x) {
-            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
-                                  static_cast<std::size_t>(x);
-            const std::size_t below = i + static_cast<std::size_t>(width_);
-            first.low.push_back(std::min(std::min(free_mm_[i], free_mm_[i + 1]),
-                                         std::min(free_mm_[below], free_mm_[below + 1])));
-        }
-    first.high = first.low;
-    levels_.push_back(std::move(first));
+    levels_.push_back({width_, height_, free_mm_, free_mm_});
     while (levels_.back().width > 1 || levels_.back().height > 1) add_level();
     free_mm_ = {};
 }
@@ -213,12 +208,13 @@ SightBuffer::Answer SightBuffer::sees_box(const Vector3d& low, const Vector3d& h
     if (cut) return u0 > u1 ? Answer::none : Answer::some;
     if (!orthographic_)  // a face may come nearer than the corners
         near = (0.5 * (low + high) - origin_).norm() - 0.5 * (high - low).norm();
-    if (u1 < 0 || v1 < 0 || u0 >= width_ - 1 || v0 >= height_ - 1) return Answer::none;
-    const bool leaves = u0 < 0 || v0 < 0 || u1 >= width_ - 1 || v1 >= height_ - 1;
+    u0 += 0.5, u1 += 0.5, v0 += 0.5, v1 += 0.5;  // a pixel's centre is at whole numbers
+    if (u1 < 0 || v1 < 0 || u0 >= width_ || v0 >= height_) return Answer::none;
+    const bool leaves = u0 < 0 || v0 < 0 || u1 >= width_ || v1 >= height_;
     int x0 = std::max(0, static_cast<int>(std::floor(u0)));
     int y0 = std::max(0, static_cast<int>(std::floor(v0)));
-    int x1 = static_cast<int>(std::min(width_ - 2.0, std::floor(u1)));
-    int y1 = static_cast<int>(std::min(height_ - 2.0, std::floor(v1)));
+    int x1 = static_cast<int>(std::min(width_ - 1.0, std::floor(u1)));
+    int y1 = static_cast<int>(std::min(height_ - 1.0, std::floor(v1)));
     std::size_t level = 0;
     while (x1 - x0 > 2 || y1 - y0 > 2) {
         x0 >>= 1, x1 >>= 1, y0 >>= 1, y1 >>= 1;
@@ -243,9 +239,10 @@ void SightBuffer::sees_voxels(const Vector3d& first, double voxel_mm, std::uint6
             for (int x = 0; x < 8; ++x) {
                 Pixel p;
                 if (!project(first + voxel_mm * Vector3d(x, y, z), p)) continue;
-                if (!(p.u >= 0 && p.v >= 0 && p.u < at.width && p.v < at.height)) continue;
-                const auto i = static_cast<std::size_t>(static_cast<int>(p.v) * at.width +
-                                                        static_cast<int>(p.u));
+                const double u = p.u + 0.5, v = p.v + 0.5;
+                if (!(u >= 0 && v >= 0 && u < at.width && v < at.height)) continue;
+                const auto i =
+                    static_cast<std::size_t>(static_cast<int>(v) * at.width + static_cast<int>(u));
                 if (p.range < static_cast<double>(at.low[i]))
                     bits[z] |= std::uint64_t{1} << (x + 8 * y);
             }

@@ -53,7 +53,7 @@ class SightBuffer {
     double scale_ = 1, u0_ = 0, v0_ = 0;
     int width_ = 0, height_ = 0;
     std::vector<float> free_mm_;  ///< along the ray; +inf: nothing drawn yet
-    std::vector<Level> levels_;   ///< 0: minimum of the four pixels round each point
+    std::vector<Level> levels_;   ///< 0: the pixels themselves
 };
 
 }  // namespace stria

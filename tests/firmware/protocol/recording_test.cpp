@@ -88,6 +88,26 @@ TEST_F(Recording, GivesBackWhatWasWritten) {
     EXPECT_FALSE(fs::exists(path("sample.stria.part")));
 }
 
+TEST_F(Recording, OfVersion1OpensForEver) {
+    auto reader = RecordingReader::open(STRIA_GOLDEN "/recording_v1.stria");
+    ASSERT_TRUE(reader) << reader.failure().message;
+    EXPECT_EQ(reader->snapshot_message().header.session, 42U);
+    EXPECT_EQ(reader->snapshot().features, samples::features());
+    EXPECT_EQ(reader->snapshot().model_text, samples::snapshot().model_text);
+    std::vector<Message> messages;
+    for (auto next = reader->next(); next && *next; next = reader->next())
+        messages.push_back(std::move(**next));
+    EXPECT_TRUE(reader->notes().empty());
+    ASSERT_EQ(messages.size(), 7U);
+    EXPECT_EQ(std::get<Frame>(messages[0]).bytes, samples::frame(16, 12).bytes);
+    EXPECT_EQ(std::get<Frame>(messages[1]).bytes, samples::frame(9, 4, 12).bytes);
+    EXPECT_EQ(std::get<AxisLog>(messages[2]).samples.size(), 5U);
+    EXPECT_EQ(std::get<PulseBand>(messages[3]).map.cell_begin, samples::pulse_map().cell_begin);
+    EXPECT_EQ(std::get<PathTable>(messages[4]), samples::path_table());
+    EXPECT_EQ(std::get<Health>(messages[5]), samples::health());
+    EXPECT_EQ(std::get<End>(messages[6]), samples::end());
+}
+
 TEST_F(Recording, OpensUnderItsTemporaryNameBeforeItIsFinished) {
     const std::string file = path("open.stria");
     auto writer = RecordingWriter::create(file, samples::snapshot());

@@ -150,6 +150,7 @@ SigmaTruth sigma_against_truth(const RangeImage& image, const SculptureTruth& tr
     }
     SigmaTruth result;
     const Rigid3 motion = fit_to_truth(truth, points, object_from_scan);
+    result.object_from_scan = motion;
     std::vector<double> normalised(cells.size(), std::nan("")), errors = normalised,
                                                                 sigmas = normalised;
     parallel_for_blocks(cells.size(), 1024, [&](std::size_t begin, std::size_t end) {

@@ -40,6 +40,7 @@ struct SigmaTruth {
     double median_sigma_mm = 0;  ///< random and systematic together, predicted
     double median_error_mm = 0;  ///< of |e|
     std::size_t points = 0;
+    Rigid3 object_from_scan;         ///< best rigid motion of this scan alone
     std::vector<double> normalised;  ///< e / sigma of every 20th point, for the plot
 };
 /// @param object_from_scan  where the scan stands, to some mm; refined by its best rigid motion

@@ -18,6 +18,7 @@
 #include "host/io/model_io.h"
 #include "host/io/range_io.h"
 #include "host/local/open_device.h"
+#include "host/project/project.h"
 #include "host/registration/coarse.h"
 #include "host/registration/joint.h"
 #include "sim/simulated_scanner.h"
@@ -31,8 +32,10 @@ using Eigen::Vector3d;
 struct Folders {
     explicit Folders(const std::string& root)
         : scenes(root + "/scenes"), boards(root + "/calibration"), part(root + "/part") {
-        for (const std::string& folder : {scenes, boards, part + "/scans"})
+        std::filesystem::remove_all(root);  // --force was given, or nothing is there
+        for (const std::string& folder : {scenes, boards})
             std::filesystem::create_directories(folder);
+        create_project(part, "sculpture");
     }
     std::string scenes, boards, part;
 };
@@ -114,6 +117,36 @@ void make_ranges(const std::vector<std::string>& recordings, const ScannerModel&
     }
 }
 
+/// Poses from the scans' shapes alone: nobody says where the object lay.
+void register_scans(const std::vector<std::string>& recordings, const std::string& part,
+                    DemoResult& result) {
+    std::vector<ScanSurface> surfaces;
+    for (const RangeImage& image : result.scans) surfaces.push_back(prepare_surface(image));
+    const CoarseResult coarse = place_scans(surfaces);
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        if (!coarse.scans[i].placed)
+            throw Error("scan " + std::to_string(i + 1) +
+                        " could not be placed: " + coarse.scans[i].reason);
+        ScanPose pose;
+        pose.file = relative_name(std::filesystem::path(recordings[i]).parent_path() / "range.ply",
+                                  part + "/poses.toml");
+        pose.world_from_scan = coarse.scans[i].world_from_scan;
+        result.poses.push_back(std::move(pose));
+    }
+    const JointResult joint = register_jointly(surfaces, result.poses);
+    if (!joint.converged) throw Error("registration did not converge: " + joint.reason);
+    for (std::size_t i = 0; i < result.poses.size(); ++i) {
+        result.poses[i].world_from_scan = joint.scans[i].world_from_scan;
+        result.poses[i].covariance = joint.scans[i].covariance;
+    }
+    result.overlap_rms_mm = joint.overlap_rms_mm;
+    for (const JointStep& step : joint.history) {
+        result.convergence.rms_mm.push_back(step.rms_mm);
+        result.convergence.move_mm.push_back(step.largest_move_mm);
+    }
+    write_poses(part + "/poses.toml", result.poses);
+}
+
 void fuse_scans(const DemoSetup& setup, const std::string& part, const Context& context,
                 DemoResult& result) {
     std::vector<FuseScan> scans;
@@ -141,8 +174,7 @@ struct Truth {
     std::vector<TrueView> views;
 };
 
-Truth true_world(const std::string& scene_file, const ScanPlan& plan) {
-    Truth truth;
+void read_truth(const std::string& scene_file, const ScanPlan& plan, Truth& truth) {
     const Scene scene = read_scene(scene_file);
     const Channel& channel = scene.channel;
     truth.scanner.channels.push_back(channel);
@@ -159,34 +191,26 @@ Truth true_world(const std::string& scene_file, const ScanPlan& plan) {
         seen.half_field_y = 0.5 * channel.camera.height / channel.camera.fy;
         truth.views.push_back(seen);
     }
-    return truth;
 }
 
-/// Errors of the poses after the motion that all have in common is taken out.
-void judge_poses(const Truth& truth, DemoResult& result) {
+/// Errors of the registered poses against each scan's own best place on the truth, after the motion
+/// that all have in common is taken out.
+void judge_poses(DemoResult& result) {
+    const std::vector<Vector3d> marks = {{60, 0, 0},  {-60, 0, 0}, {0, 60, 0},
+                                         {0, -60, 0}, {0, 0, 60},  {0, 0, -60}};
     std::vector<Vector3d> ours, true_ones;
-    const Rigid3 world_from_object =
-        result.poses.front().world_from_scan * truth.object_from_scan.front().inverse();
-    const std::vector<Vector3d> corners = {{60, 0, 0},  {-60, 0, 0}, {0, 60, 0},
-                                           {0, -60, 0}, {0, 0, 60},  {0, 0, -60}};
-    const auto both = [&](std::size_t i, const Vector3d& p, Vector3d& a, Vector3d& b) {
-        a = result.poses[i].world_from_scan * (truth.object_from_scan[i].inverse() * p);
-        b = world_from_object * p;
-    };
     for (std::size_t i = 0; i < result.poses.size(); ++i)
-        for (const Vector3d& p : corners) {
-            Vector3d a, b;
-            both(i, p, a, b);
-            ours.push_back(a);
-            true_ones.push_back(b);
+        for (const Vector3d& mark : marks) {
+            const Rigid3 scan_from_object = result.sigma[i].object_from_scan.inverse();
+            ours.push_back(result.poses[i].world_from_scan * (scan_from_object * mark));
+            true_ones.push_back(mark);
         }
-    const Rigid3 common = align_points(ours, true_ones);
+    const Rigid3 object_from_world = align_points(ours, true_ones);
     for (std::size_t i = 0; i < result.poses.size(); ++i) {
-        const Rigid3 error = common * result.poses[i].world_from_scan *
-                             truth.object_from_scan[i].inverse() * world_from_object.inverse();
-        const Vector3d middle = world_from_object.translation;
+        const Rigid3 error = object_from_world * result.poses[i].world_from_scan *
+                             result.sigma[i].object_from_scan.inverse();
         result.pose_error_rad.push_back(vector_from_rotation(error.rotation).norm());
-        result.pose_error_mm.push_back((error * middle - middle).norm());
+        result.pose_error_mm.push_back(error.translation.norm());
     }
 }
 
@@ -208,7 +232,7 @@ void compare(const Truth& truth, const Context& context, DemoResult& result) {
     }
     result.sigma_ratio = median(ratios);
     result.median_sigma_mm = median(sigmas);
-    judge_poses(truth, result);
+    judge_poses(result);
     const Rigid3 object_from_world =
         truth.object_from_scan.front() * result.poses.front().world_from_scan.inverse();
     result.truth = compare_with_truth(result.open_mesh, truth.sculpture, truth.views,
@@ -251,13 +275,14 @@ DemoResult run_demo(const Context& context, const DemoOptions& options) {
     make_ranges(scans, model, context, result);
 
     clock.begin("registration");
-    register_scans(scans, folders.part, context, result);
+    register_scans(scans, folders.part, result);
 
     clock.begin("fusion");
     fuse_scans(setup, folders.part, context, result);
 
     clock.begin("comparison with the truth");
-    const Truth truth = true_world(folders.scenes + "/object.toml", setup.object_plan);
+    Truth truth;
+    read_truth(folders.scenes + "/object.toml", setup.object_plan, truth);
     judge_calibration(model, truth.scanner, setup.object_plan, result);
     compare(truth, context, result);
     clock.end();

@@ -153,7 +153,7 @@ std::vector<SceneView> board_views(int count, const Eigen::Vector2d& size_mm, st
                                      rotation_from_vector({0, 0, 12 * kDegree * unit(rng)}) *
                                      upright;
         const Vector3d centre(22 * unit(rng), 18 * unit(rng),
-                              -kDistanceMm + 55.0 * (2.0 * i / std::max(1, count - 1) - 1));
+                              -kDistanceMm + 68.0 * (2.0 * i / std::max(1, count - 1) - 1));
         const Vector3d middle_of_board(0.5 * size_mm.x(), 0.5 * size_mm.y(), 0);
         SceneView view;
         view.name = "board " + std::to_string(i + 1);
@@ -176,7 +176,7 @@ ScanPlan sweep_plan(bool quick) {
 
 DemoSetup make_demo_setup(bool quick) {
     DemoSetup setup;
-    setup.board = parse_board("charuco:12x9:14:10:DICT_5X5_250");
+    setup.board = parse_board("charuco:14x11:14:10:DICT_5X5_250");
     setup.board_views = quick ? 8 : 14;
     setup.object_views = quick ? 8 : 10;
     setup.object_plan = sweep_plan(quick);

@@ -4,6 +4,7 @@ namespace stria {
 
 std::vector<std::unique_ptr<Verb>> all_verbs() {
     std::vector<std::unique_ptr<Verb>> verbs;
+    verbs.push_back(make_demo_verb());
     verbs.push_back(make_simulate_verb());
     verbs.push_back(make_devices_verb());
     verbs.push_back(make_info_verb());
@@ -17,6 +18,7 @@ std::vector<std::unique_ptr<Verb>> all_verbs() {
     verbs.push_back(make_mesh_info_verb());
     verbs.push_back(make_mesh_compare_verb());
     verbs.push_back(make_mesh_convert_verb());
+    verbs.push_back(make_report_verb());
     return verbs;
 }
 

@@ -6,6 +6,7 @@
 /// One maker a verb, each in its own file verb_NAME.cpp; verbs.cpp lists them in --help's order.
 namespace stria {
 
+std::unique_ptr<Verb> make_demo_verb();
 std::unique_ptr<Verb> make_simulate_verb();
 std::unique_ptr<Verb> make_scan_verb();
 std::unique_ptr<Verb> make_range_verb();
@@ -19,5 +20,6 @@ std::unique_ptr<Verb> make_fuse_verb();
 std::unique_ptr<Verb> make_mesh_info_verb();
 std::unique_ptr<Verb> make_mesh_compare_verb();
 std::unique_ptr<Verb> make_mesh_convert_verb();
+std::unique_ptr<Verb> make_report_verb();
 
 }  // namespace stria

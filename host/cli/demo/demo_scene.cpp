@@ -107,8 +107,8 @@ Eigen::Matrix3d facing_camera(const Vector3d& facing, double roll_rad) {
     return rotation_from_vector({0, 0, roll_rad}) * object_from_view.transpose();
 }
 
-/// Directions from which the object is seen: a ring, alternating above and below, then from the
-/// top (into the cup) and from beneath.
+/// Directions from which the object is seen: a ring, alternating above and below, then into the cup,
+/// and obliquely from beneath, where the plinth's flat bottom alone would fit anywhere.
 std::vector<Vector3d> view_directions(int count) {
     std::vector<Vector3d> directions;
     const int ring = count - 2;
@@ -118,8 +118,8 @@ std::vector<Vector3d> view_directions(int count) {
         directions.emplace_back(std::cos(height) * std::sin(azimuth), std::sin(height),
                                 std::cos(height) * std::cos(azimuth));
     }
-    directions.emplace_back(0.25, 1.0, 0.2);
-    directions.emplace_back(-0.3, -1.0, 0.35);
+    directions.emplace_back(0.3, 1.0, 0.45);
+    directions.emplace_back(-0.35, -0.6, 0.75);
     return directions;
 }
 
@@ -152,8 +152,8 @@ std::vector<SceneView> board_views(int count, const Eigen::Vector2d& size_mm, st
         const Eigen::Matrix3d turn = rotation_from_vector(tilt * about) *
                                      rotation_from_vector({0, 0, 12 * kDegree * unit(rng)}) *
                                      upright;
-        const Vector3d centre(22 * unit(rng), 18 * unit(rng),
-                              -kDistanceMm + 68.0 * (2.0 * i / std::max(1, count - 1) - 1));
+        const Vector3d centre(32 * unit(rng), 26 * unit(rng),
+                              -kDistanceMm + 75.0 * (2.0 * i / std::max(1, count - 1) - 1));
         const Vector3d middle_of_board(0.5 * size_mm.x(), 0.5 * size_mm.y(), 0);
         SceneView view;
         view.name = "board " + std::to_string(i + 1);
@@ -178,7 +178,7 @@ DemoSetup make_demo_setup(bool quick) {
     DemoSetup setup;
     setup.board = parse_board("charuco:14x11:14:10:DICT_5X5_250");
     setup.board_views = quick ? 8 : 14;
-    setup.object_views = quick ? 8 : 10;
+    setup.object_views = 10;
     setup.object_plan = sweep_plan(quick);
     setup.board_plan = sweep_plan(quick);
     setup.board_plan.off_frames = 1;

@@ -112,6 +112,10 @@ class Fitter {
         for (int i = 0; i < samples_.count; ++i) {
             const double x = samples_.x[i];
             ApertureGaussian g;
+            if (std::abs(x - position) > 6.5 * width + h) {  // below 1e-9 of the height
+                out.slope[column][i] = out.slope[column + 1][i] = 0;
+                continue;
+            }
             if (narrow) {
                 g = narrow_aperture_gaussian((x - position) / width, width, h);
             } else {

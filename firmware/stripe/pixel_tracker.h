@@ -36,7 +36,9 @@ class PixelTracker {
     struct Open {
         int x;
         int first_above, last_above;
-        int lead() const { return last_above - first_above + 3; }  // as long as the pulse, and 2
+        int lead() const {
+            return (last_above - first_above) / 2 + 4;
+        }  // to four widths either side
     };
 
     void set_backgrounds(const FrameStore& frames, int begin, int end);

@@ -42,8 +42,8 @@ void RowPeakFinder::find(const T* row, std::vector<Pulse>& peaks) {
     if (highest - lowest < 0.5 * options_.min_amplitude_dn) return;  // nothing can stand out
 
     for (int x = 0; x < width_; ++x) values_[x] = static_cast<float>(row[x]);
-    double sum = 0;
-    for (int x = 0; x < width_; ++x) sums_[x + 1] = sum += values_[x];
+    std::int32_t sum = 0;  // at most 16384 x 65535
+    for (int x = 0; x < width_; ++x) sums_[x + 1] = sum += row[x];
     detect();
     choose_candidates();
     const std::size_t first = peaks.size();
@@ -65,50 +65,77 @@ void RowPeakFinder::detect() {
 /// px, a box and at least 2 px away): a stripe stands out from both sides, the edge of a bright
 /// thing from one.
 void RowPeakFinder::detect_at(int box) {
-    const int side = std::max(box, 3);
-    const int gap = std::max(box, 2);
+    const int side = std::max(box, 3), gap = std::max(box, 2);
     const int left = (box - 1) / 2;  // the box covers x - left .. x - left + box - 1
-    const float per_box = 1.0f / static_cast<float>(box),
-                per_side = 1.0f / static_cast<float>(side);
+    const int reach_left = left + gap + side, reach_right = box - left + gap + side;
+    const int first = std::min(reach_left, width_);
+    const int last = std::max(width_ - reach_right + 1, first);
+    for (int x = 0; x < first; ++x)
+        judge(x, box, mean_or_dark(x - reach_left, side), mean_or_dark(x + box - left + gap, side));
+    for (int x = last; x < width_; ++x)
+        judge(x, box, mean_or_dark(x - reach_left, side), mean_or_dark(x + box - left + gap, side));
+
     const auto read_dn = noise_.read_noise_e / noise_.gain_e_per_dn;
     const auto floor = static_cast<float>(read_dn * read_dn + 1.0 / 12.0);
     const auto gain = static_cast<float>(1.0 / noise_.gain_e_per_dn);
     const auto black = static_cast<float>(noise_.black_dn);
-    const float spread = per_box + per_side;
     const auto least = static_cast<float>(0.5 * options_.min_amplitude_dn);
-    for (int x = 0; x < width_; ++x) {
-        const int begin = std::max(x - left, 0), end = std::min(x - left + box, width_);
-        const int left_end = std::max(begin - gap, 0), left_begin = std::max(left_end - side, 0);
-        const int right_begin = std::min(end + gap, width_);
-        const int right_end = std::min(right_begin + side, width_);
-        const float mean = static_cast<float>(sums_[end] - sums_[begin]) * per_box;
-        // A side that the border cuts off is judged by the other one alone.
-        const float left_mean =
-            left_end - left_begin < side
-                ? -1.0f
-                : static_cast<float>(sums_[left_end] - sums_[left_begin]) * per_side;
-        const float right_mean =
-            right_end - right_begin < side
-                ? -1.0f
-                : static_cast<float>(sums_[right_end] - sums_[right_begin]) * per_side;
-        const float brighter = std::max(left_mean, right_mean);
-        const float contrast = mean - brighter;
-        const float variance = floor + gain * std::max(brighter - black, 0.0f);
-        const float answer = contrast / std::sqrt(variance * spread);
-        if (brighter >= 0 && contrast > least && answer > kDetectionSnr && answer > answer_[x]) {
-            answer_[x] = answer;
-            background_[x] =
-                left_mean < 0 || right_mean < 0 ? brighter : 0.5f * (left_mean + right_mean);
-            box_[x] = box;
-        }
+    const float per_box = 1.0f / static_cast<float>(box);
+    const float per_side = 1.0f / static_cast<float>(side);
+    const float spread = per_box + per_side;
+    const std::int32_t* sums = sums_.data();
+    float* answers = answer_.data();
+    float* backgrounds = background_.data();
+    int* boxes = box_.data();
+    for (int x = first; x < last; ++x) {  // branchless, so that it is vectorised
+        const int begin = x - left, end = begin + box;
+        const float mean = static_cast<float>(sums[end] - sums[begin]) * per_box;
+        const float on_left =
+            static_cast<float>(sums[begin - gap] - sums[begin - gap - side]) * per_side;
+        const float on_right =
+            static_cast<float>(sums[end + gap + side] - sums[end + gap]) * per_side;
+        const float brighter = on_left > on_right ? on_left : on_right;
+        const float light = brighter > black ? brighter - black : 0.0f;
+        const float contrast = mean > brighter + least ? mean - brighter : 0.0f;
+        const float answer = contrast * contrast / ((floor + gain * light) * spread);
+        const bool better = answer > answers[x];
+        answers[x] = better ? answer : answers[x];
+        backgrounds[x] = better ? 0.5f * (on_left + on_right) : backgrounds[x];
+        boxes[x] = better ? box : boxes[x];
     }
+}
+
+/// Mean of the samples from `begin` on; -1 where the border cuts them off.
+float RowPeakFinder::mean_or_dark(int begin, int count) const {
+    if (begin < 0 || begin + count > width_) return -1.0f;
+    return static_cast<float>(sums_[begin + count] - sums_[begin]) / static_cast<float>(count);
+}
+
+/// What the loop above does, where the border cuts off a side, which the other then stands for.
+void RowPeakFinder::judge(int x, int box, float on_left, float on_right) {
+    const float brighter = std::max(on_left, on_right);
+    if (brighter < 0) return;
+    const int begin = std::max(x - (box - 1) / 2, 0);
+    const int end = std::min(x - (box - 1) / 2 + box, width_);
+    const float mean = static_cast<float>(sums_[end] - sums_[begin]) / static_cast<float>(box);
+    const auto least = static_cast<float>(0.5 * options_.min_amplitude_dn);
+    if (mean <= brighter + least) return;
+    const float spread =
+        1.0f / static_cast<float>(box) + 1.0f / static_cast<float>(std::max(box, 3));
+    const float contrast = mean - brighter;
+    const float answer =
+        contrast * contrast / (static_cast<float>(sample_variance(noise_, brighter)) * spread);
+    if (answer <= answer_[x]) return;
+    answer_[x] = answer;
+    background_[x] = on_left < 0 || on_right < 0 ? brighter : 0.5f * (on_left + on_right);
+    box_[x] = box;
 }
 
 /// Greatest answers within a box of each other, the strongest few of them.
 void RowPeakFinder::choose_candidates() {
     candidates_.clear();
     for (int x = 0; x < width_; ++x) {
-        if (answer_[x] <= 0) continue;
+        if (answer_[x] < kDetectionSnr * kDetectionSnr) continue;
         const int reach = box_[x];
         bool greatest = true;
         for (int k = std::max(x - reach, 0); k <= std::min(x + reach, width_ - 1) && greatest; ++k)

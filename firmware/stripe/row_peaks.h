@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "firmware/core/pulse.h"
@@ -25,12 +26,14 @@ class RowPeakFinder {
     struct Candidate {
         int x;
         int box;           ///< width of the window that answered most, px
-        float answer;      ///< detection signal-to-noise
+        float answer;      ///< squared detection signal-to-noise
         float background;  ///< DN, mean of both sides
     };
 
     void detect();
     void detect_at(int box);
+    float mean_or_dark(int begin, int count) const;
+    void judge(int x, int box, float on_left, float on_right);
     void choose_candidates();
     bool is_covered(int x, const std::vector<Pulse>& peaks, std::size_t first) const;
     void fit(const Candidate& candidate, std::vector<Pulse>& peaks, std::size_t first) const;
@@ -39,9 +42,9 @@ class RowPeakFinder {
     const SensorNoise noise_;
     const SpatialOptions options_;
     std::vector<int> boxes_;
-    std::vector<float> values_;  ///< the row, DN
-    std::vector<double> sums_;   ///< sums_[x] = values_[0] + ... + values_[x - 1]
-    std::vector<float> answer_;  ///< best detection signal-to-noise over all boxes
+    std::vector<float> values_;       ///< the row, DN
+    std::vector<std::int32_t> sums_;  ///< sums_[x] = row[0] + ... + row[x - 1]
+    std::vector<float> answer_;       ///< squared detection signal-to-noise, best over all boxes
     std::vector<float> background_;
     std::vector<int> box_;
     std::vector<Candidate> candidates_;

@@ -16,7 +16,7 @@ namespace stria {
 namespace {
 
 constexpr int kBatch = 8;              // frames analysed together, so that a row stays in the cache
-constexpr int kProbedAtFirst = 64;     // frames all of which the probe sees; later two of sixteen
+constexpr int kProbedAtFirst = 32;     // frames all of which the probe sees; later two of 32
 constexpr double kUndersampled = 1.6;  // effective samples: a width of 0.45 frame periods
 constexpr std::uint32_t kFewestPulses = 32;  // to judge the sampling by
 constexpr std::size_t kFewestWidths = 100;   // to judge widths by their median
@@ -111,7 +111,7 @@ class SpacetimeAnalyser::Engine {
         if (!follower_.accept(frame, options_.sequence_step)) return;
         camera_id_ = frame.camera_id;
         const int k = frames_.count();
-        if (k < kProbedAtFirst || k % 16 < 2) probe_.add(frame);
+        if (k < kProbedAtFirst || k % 32 < 2) probe_.add(frame);
         frames_.add(frame);
         if (frames_.count() - analysed_ >= kBatch) analyse();
     }

@@ -6,7 +6,7 @@
 namespace stria {
 namespace {
 
-constexpr int kLines = 9;
+constexpr int kLines = 7;
 constexpr float kNone = -1e9f;
 const SpatialOptions kProbeOptions = {.max_peaks_per_row = 1, .max_width_px = 16.0};
 

@@ -90,14 +90,15 @@ std::vector<ScanPose> parse_matrix(const std::string& text, const std::string& n
     return {pose};
 }
 
-/// A scan's path without the names that are the same in every scan folder of a project.
+/// What tells a scan's path from others: without leading "..", and without the file names that are
+/// the same in every scan folder of a project.
 fs::path scan_name(const std::string& file) {
-    fs::path path = fs::path(file).lexically_normal();
+    fs::path path;
+    for (const fs::path& part : fs::path(file).lexically_normal())
+        if (part != ".." && part != ".") path /= part;
     const std::string last = path.filename().string();
-    if (last.empty() || last == "range.ply" || last == "recording.stria") {
-        if (path.has_parent_path() && path.parent_path() != ".") return path.parent_path();
-    }
-    return path;
+    const bool is_common = last.empty() || last == "range.ply" || last == "recording.stria";
+    return is_common && path.has_parent_path() ? path.parent_path() : path;
 }
 
 /// True if the shorter path is the end of the longer one, component by component.

@@ -88,6 +88,12 @@ TEST(FindPose, MatchesByPathThenTailThenStem) {
               std::string::npos);
 }
 
+TEST(FindPose, LooksPastLeadingParents) {
+    const std::vector<ScanPose> poses = {pose_of("../a/bun.ply", 0), pose_of("../b/bun.ply", 0)};
+    EXPECT_EQ(find_pose(poses, "/data/b/bun.ply").file, "../b/bun.ply");
+    EXPECT_EQ(find_pose(poses, "../../a/bun.ply").file, "../a/bun.ply");
+}
+
 TEST(PosesIo, ReadsTheBunnysPosesAndTheCarsMatrix) {
     const char* data = std::getenv("STRIA_TEST_DATA");
     if (!data) GTEST_SKIP() << "set STRIA_TEST_DATA to the folder of real data sets";

@@ -26,11 +26,15 @@ Result<RecordingReader> RecordingReader::open(const std::string& path) {
     reader.file_.reset(std::fopen(path.c_str(), "rb"));
     if (!reader.file_) return Failure{path + ": " + std::strerror(errno)};
 
+    std::array<char, 4> magic{};
+    const std::size_t got = std::fread(magic.data(), 1, magic.size(), reader.file_.get());
+    if (got == 0) return Failure{path + ": the file is empty: expected a stria recording"};
+    if (std::memcmp(magic.data(), "STRI", got) != 0)
+        return Failure{path + ": byte 0: not a stria recording: expected \"STRI\""};
+    std::rewind(reader.file_.get());
     auto first = reader.next_raw();
     if (!first) return first.failure();
-    const std::string why = reader.notes_.empty() ? "the file is empty" : reader.notes_.front();
-    if (!*first)
-        return Failure{path + ": not a stria recording, or cut within its snapshot: " + why};
+    if (!*first) return Failure{path + ": its snapshot is not whole: " + reader.notes_.front()};
     if ((*first)->header.type != MessageType::snapshot)
         return Failure{path + ": byte 0: expected a snapshot, found message type " +
                        std::to_string(static_cast<int>((*first)->header.type))};

@@ -205,7 +205,8 @@ TEST_F(Recording, SaysWhyAFileIsNone) {
     EXPECT_NE(refusal(path("missing.stria")).find("No such file"), std::string::npos);
     EXPECT_NE(refusal(folder_.string()).find("expected a file"), std::string::npos);
     EXPECT_NE(refusal(write("")).find("empty"), std::string::npos);
-    EXPECT_NE(refusal(write(std::string(100, 'x'))).find("magic"), std::string::npos);
+    EXPECT_NE(refusal(write(std::string(100, 'x'))).find("expected \"STRI\""), std::string::npos);
+    EXPECT_NE(refusal(write("STRI")).find("snapshot is not whole"), std::string::npos);
 }
 
 TEST_F(Recording, CannotBeCreatedInAFolderThatIsMissing) {

@@ -9,7 +9,7 @@ namespace stria {
 namespace {
 
 constexpr int kMaxIterations = 50;
-constexpr double kNarrowAperture = 0.1;  // h / w below which the second order is exact to 1e-5
+constexpr double kNarrowAperture = 0.2;  // h / w below which the second order is exact to 4e-5
 // Predicted decrease of the deviance by a step, in squared sigmas, after which no more are needed
 // (the next step is far smaller), and with which a fit that used up its iterations is still good.
 constexpr double kTightDecrease = 1e-4;

@@ -1,16 +1,11 @@
 #pragma once
 #include <cstddef>
 
+#include "host/fusion/facet.h"
 #include "host/fusion/range_surface.h"
 #include "host/fusion/volume.h"
 
 namespace stria {
-
-/// How far from the surface its distance is written, along the normal, mm.
-struct RampLengths {
-    double front_mm = 0;  ///< full weight up to here in front; grows by 3 sigma of each triangle
-    double tail_mm = 0;   ///< weight falls from full at half of it to 0 behind the surface
-};
 
 /// Adds a scan's surface to the volume. For every voxel whose line of sight meets a triangle, the
 /// signed distance along that line, positive in front, with the weights interpolated over the

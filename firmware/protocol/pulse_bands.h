@@ -9,9 +9,9 @@
 namespace stria {
 
 /// The map cut into bands of whole rows, each of at most `max_bytes` before packing (one row at
-/// least), so that a message stays within its limit.
+/// least), so that a message stays within its limit and a torn recording loses little.
 std::vector<PulseBand> split_into_bands(const PulseMap& map,
-                                        std::size_t max_bytes = std::size_t{16} << 20);
+                                        std::size_t max_bytes = std::size_t{1} << 20);
 
 /// Puts bands back together, one map after the other.
 class PulseMapAssembler {

@@ -10,6 +10,7 @@
 #include "calib/detect_board.h"
 #include "calib/predicted_sigma.h"
 #include "calib/scanner_problem.h"
+#include "calib/stripe_points.h"
 #include "host/core/errors.h"
 
 namespace stria {
@@ -17,6 +18,8 @@ namespace {
 
 constexpr int kLeastViews = 3;
 constexpr int kLeastStripePoints = 50;
+
+constexpr int kCellsKept = 60000;  ///< of a pulse map; a hundred times the points used
 
 double median(std::vector<double> values) {
     if (values.empty()) return 0;
@@ -198,7 +201,8 @@ std::vector<double> Calibrator::corner_residuals() const {
 void Calibrator::solve_sheet() {
     // The sheet may start 20 mm off: Huber's border follows the residuals down, so that the bulk of
     // the points pulls and strays do not.
-    ScannerProblem::Stage stage = problem_.everything();
+    const ScannerProblem::Stage all = problem_.everything();
+    ScannerProblem::Stage stage;
     stage.camera = stage.corners = false;
     stage.sheet_free = {0, 1, 2};
     stage.every = std::max(1, options_.stripe_points_per_view / 80);
@@ -207,7 +211,8 @@ void Calibrator::solve_sheet() {
     for (int round = 0; round < 6; ++round) {
         if (swept && round == 0) stage.axis_free = {4, 5};
         if (swept && round > 0) stage.axis_free = {0, 1, 2, 3, 4, 5, 6};
-        if (!swept) stage.axis_free.clear();
+        if (swept && round > 2) stage.axis_free = all.axis_free;
+        if (round > 2) stage.sheet_free = all.sheet_free;
         problem_.weigh_stripes();
         std::vector<double> sizes = stripe_residuals();
         for (double& r : sizes) r = std::abs(r);
@@ -391,7 +396,7 @@ void Calibrator::summarise() {
 CornerView find_corners(const CalibrationView& view, const Board& board) {
     CornerView found;
     found.name = view.name;
-    found.pulses = view.pulses;
+    found.pulses = thinned(view.pulses, kCellsKept);
     for (std::size_t i = 0; i < view.images.size(); ++i) {
         const std::string name = view.name + " picture " + std::to_string(i + 1);
         Detection detection = detect_board(view.images[i].image, board);

@@ -42,7 +42,8 @@ struct CornerView {
     std::vector<std::string> refusals = {};
 };
 
-/// Finds the board in every picture of a view.
+/// Finds the board in every picture of a view. Of the pulses an even lattice of cells is kept, so
+/// that many views fit in memory: make CornerViews one by one where recordings are large.
 CornerView find_corners(const CalibrationView& view, const Board& board);
 
 struct ScannerCalibrationOptions {

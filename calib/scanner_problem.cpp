@@ -144,7 +144,7 @@ ceres::Solver::Summary ScannerProblem::solve(const Stage& stage) {
     if (!stage.camera) options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
     options.logging_type = ceres::SILENT;
     options.max_num_iterations = stage.max_iterations;
-    options.function_tolerance = stage.huber_sigmas > 0 ? 1e-6 : 1e-10;
+    options.function_tolerance = stage.huber_sigmas > 0 ? 1e-6 : 1e-9;
     options.parameter_tolerance = 1e-11;
     options.gradient_tolerance = 1e-14;
     // The start is near and the priors keep the problem regular: steps close to Gauss-Newton's, or

@@ -78,6 +78,28 @@ int BoardColours::at(const Eigen::Vector2d& on_board) const {
     return picture_.at(x, y);
 }
 
+PulseMap thinned(const PulseMap& pulses, int cells) {
+    if (pulses.width == 0 || pulses.height == 0) return pulses;
+    const int step = lattice_step(pulses, cells);
+    PulseMap few;
+    few.mode = pulses.mode;
+    few.camera_id = pulses.camera_id;
+    few.frames = pulses.frames;
+    few.frames_dropped = pulses.frames_dropped;
+    few.saturated_samples = pulses.saturated_samples;
+    few.undersampled = pulses.undersampled;
+    few.width = (pulses.width + step - 1) / step;
+    few.height = (pulses.height + step - 1) / step;
+    few.cell_begin.assign(1, 0);
+    for (int y = 0; y < pulses.height; y += step)
+        for (int x = 0; x < pulses.width; x += step) {
+            const auto cell = pulses.cell(x, y);
+            few.pulses.insert(few.pulses.end(), cell.begin(), cell.end());
+            few.cell_begin.push_back(static_cast<std::uint32_t>(few.pulses.size()));
+        }
+    return few;
+}
+
 Rigid3 board_motion(const Channel& channel, double s) {
     return scan_from_camera(channel, s).inverse() * scan_from_camera(channel, 0);
 }

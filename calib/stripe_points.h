@@ -33,6 +33,9 @@ class BoardColours {
     Eigen::Vector2d origin_px_, min_mm_, max_mm_;
 };
 
+/// Every n-th row and column of a map, n the least that leaves no more than about `cells` of them.
+PulseMap thinned(const PulseMap& pulses, int cells);
+
 /// Motion of the board, fixed to the part, from s = 0 to s, in the camera frame.
 Rigid3 board_motion(const Channel& channel, double s);
 

@@ -9,6 +9,9 @@ std::vector<std::unique_ptr<Verb>> all_verbs() {
     verbs.push_back(make_devices_verb());
     verbs.push_back(make_info_verb());
     verbs.push_back(make_features_verb());
+    verbs.push_back(make_calibrate_board_verb());
+    verbs.push_back(make_calibrate_camera_verb());
+    verbs.push_back(make_calibrate_scanner_verb());
     verbs.push_back(make_scan_verb());
     verbs.push_back(make_range_verb());
     verbs.push_back(make_register_verb());

@@ -60,7 +60,8 @@ TEST(BadInput, EveryFileIsReadOrRefusedInTimeAndMemory) {
         const GuardedResult result = run_guarded([&] { return describe_file(path); });
         EXPECT_FALSE(result.crashed) << path << ": " << result.message;
         EXPECT_LT(result.seconds, 2.0) << path;
-        EXPECT_LT(result.peak_mb, 200.0) << path;
+        EXPECT_TRUE(!kPeakIsOurs || result.peak_mb < 200.0)
+            << path << ": " << result.peak_mb << " MB";
         if (result.refused) {
             EXPECT_EQ(result.message.find(path + ": "), 0U) << result.message;
         }
@@ -97,7 +98,8 @@ TEST(BadInput, TruncationsOfEveryFileAreReadOrRefused) {
             },
             60.0);
         EXPECT_FALSE(result.crashed) << path << ": " << result.message;
-        EXPECT_LT(result.peak_mb, 200.0) << path;
+        EXPECT_TRUE(!kPeakIsOurs || result.peak_mb < 200.0)
+            << path << ": " << result.peak_mb << " MB";
     }
 }
 
@@ -189,7 +191,8 @@ TEST(MalformedFiles, AreRefusedWithinTimeAndMemory) {
         EXPECT_TRUE(result.refused) << name << ": " << result.message;
         EXPECT_NE(result.message.find(content.second), std::string::npos) << result.message;
         EXPECT_LT(result.seconds, 2.0) << name;
-        EXPECT_LT(result.peak_mb, 200.0) << name;
+        EXPECT_TRUE(!kPeakIsOurs || result.peak_mb < 200.0)
+            << name << ": " << result.peak_mb << " MB";
     }
 }
 

@@ -16,6 +16,13 @@ struct GuardedResult {
 /// Runs `work` in a forked process; stops it after `limit_s`.
 GuardedResult run_guarded(const std::function<std::string()>& work, double limit_s = 20.0);
 
+/// Whether the peak is that of the work alone: sanitizers add their own memory.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kPeakIsOurs = false;
+#else
+constexpr bool kPeakIsOurs = true;
+#endif
+
 /// Reads a mesh, points, an image or poses by the file's ending and says what was found.
 std::string describe_file(const std::string& path);
 

@@ -92,7 +92,6 @@ ReportSection mesh_section(const std::string& path) {
         high = high.cwiseMax(p);
     }
     ReportMesh viewer;
-    viewer.caption = "Drag to turn, wheel to zoom";
     const double size = mesh.positions.empty() ? 1.0 : (high - low).norm();
     viewer.mesh = clustered(mesh, std::max(1e-6, size / 150));
     viewer.up = Eigen::Vector3d::UnitY();

@@ -40,11 +40,17 @@ std::vector<std::string> capture_views(
 }
 
 std::vector<Frame> sample_stripe_frames(DeviceClient& device, const ScanPlan& plan, int count) {
-    ScanPlan sample = plan;
-    sample.record = RecordWhat::frames;
-    sample.off_frames = 0;
-    sample.step = (plan.to - plan.from) / (count + 1);
-    return device.run(sample).frames;
+    std::vector<Frame> frames;
+    for (int i = 1; i <= count; ++i) {
+        ScanPlan sample = plan;  // a short sweep at the scan's own speed, so nothing smears
+        sample.record = RecordWhat::frames;
+        sample.off_frames = 0;
+        sample.from = plan.from + (plan.to - plan.from) * i / (count + 1);
+        sample.to = sample.from + 4 * plan.step;
+        const RecordingContents run = device.run(sample);
+        if (!run.frames.empty()) frames.push_back(run.frames[run.frames.size() / 2]);
+    }
+    return frames;
 }
 
 }  // namespace stria

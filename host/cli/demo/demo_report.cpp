@@ -41,7 +41,7 @@ std::vector<ReportFigure> summary(const DemoResult& r) {
 ReportSection stripe_section(const DemoResult& r) {
     ReportPictures pictures;
     for (const Frame& frame : r.stripe_frames)
-        pictures.pictures.push_back({"frame " + std::to_string(frame.sequence) + ", brightened",
+        pictures.pictures.push_back({"one frame, brightened",
                                      picture_of_frame(frame, 2.0, 480)});
     return {
         "What the camera saw",
@@ -144,7 +144,6 @@ ReportSection viewer_section(const DemoResult& r) {
     const ColourScale scale = positive_scale(r.open_mesh.find_attribute("error")->values, 0.98,
                                              "distance to the truth", "mm");
     ReportMesh mesh;
-    mesh.caption = "Drag to turn, wheel to zoom";
     mesh.mesh = clustered(r.filled_mesh, 1.2);
     mesh.colours = vertex_colours(mesh.mesh, "error", scale);
     mesh.scale = scale;

@@ -61,7 +61,8 @@ Board parse_board(const std::string& text) {
     board.columns = *columns;
     board.rows = *rows;
     const auto pitch = number<double>(parts[2]);
-    if (!pitch || !(*pitch > 0 && *pitch < 1e5)) refuse(text, "\"" + parts[2] + "\" is no length in mm");
+    if (!pitch || !(*pitch > 0 && *pitch < 1e5))
+        refuse(text, "\"" + parts[2] + "\" is no length in mm");
     board.pitch_mm = *pitch;
     if (board.kind == BoardKind::charuco) {
         const auto marker = number<double>(parts[3]);

@@ -14,11 +14,11 @@ enum class BoardKind : std::uint8_t { chessboard, charuco, circles, acircles };
 /// the viewer. Sizes in mm.
 struct Board {
     BoardKind kind = BoardKind::chessboard;
-    int columns = 0;           ///< inner corners; ChArUco: squares; grids: circles
+    int columns = 0;  ///< inner corners; ChArUco: squares; grids: circles
     int rows = 0;
-    double pitch_mm = 0;       ///< square side or circle pitch
-    double marker_mm = 0;      ///< ChArUco marker side
-    std::string dictionary;    ///< ChArUco, as "DICT_6X6_250"
+    double pitch_mm = 0;     ///< square side or circle pitch
+    double marker_mm = 0;    ///< ChArUco marker side
+    std::string dictionary;  ///< ChArUco, as "DICT_6X6_250"
 };
 
 /// Reads "chessboard:9x6:25", "charuco:7x5:20:10:DICT_6X6_250", "circles:7x7:37.5",
@@ -27,8 +27,8 @@ Board parse_board(const std::string& text);
 std::string to_string(const Board& board);
 
 /// Feature points in the board frame by id: corner id = row x columns + column. ChArUco: the
-/// (columns - 1) x (rows - 1) inner corners. Asymmetric grids as OpenCV lays them: odd rows moved by
-/// half a pitch: x = (2 column + row % 2) pitch, y = row pitch.
+/// (columns - 1) x (rows - 1) inner corners. Asymmetric grids as OpenCV lays them: odd rows moved
+/// by half a pitch: x = (2 column + row % 2) pitch, y = row pitch.
 std::vector<Eigen::Vector3d> board_points(const Board& board);
 
 /// Width and height (mm) of the printed pattern, margins left out.

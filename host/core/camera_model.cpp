@@ -8,9 +8,12 @@ namespace stria {
 
 const char* name_of(LensKind kind) {
     switch (kind) {
-        case LensKind::pinhole: return "pinhole";
-        case LensKind::brown5: return "brown5";
-        case LensKind::rational8: return "rational8";
+        case LensKind::pinhole:
+            return "pinhole";
+        case LensKind::brown5:
+            return "brown5";
+        case LensKind::rational8:
+            return "rational8";
     }
     return "?";
 }

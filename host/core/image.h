@@ -17,13 +17,17 @@ struct Image {
 
     Image() = default;
     Image(int w, int h, int c = 1, T fill = T{})
-        : width(w), height(h), channels(c),
+        : width(w),
+          height(h),
+          channels(c),
           values(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) *
-                     static_cast<std::size_t>(c), fill) {}
+                     static_cast<std::size_t>(c),
+                 fill) {}
 
     std::size_t index(int x, int y, int c = 0) const {
         return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                static_cast<std::size_t>(x)) * static_cast<std::size_t>(channels) +
+                static_cast<std::size_t>(x)) *
+                   static_cast<std::size_t>(channels) +
                static_cast<std::size_t>(c);
     }
     T& at(int x, int y, int c = 0) { return values[index(x, y, c)]; }
@@ -34,8 +38,8 @@ struct Image {
     bool empty() const { return values.empty(); }
 };
 
-using GreyImage = Image<std::uint8_t>;   ///< 1 channel
+using GreyImage = Image<std::uint8_t>;  ///< 1 channel
 using Grey16Image = Image<std::uint16_t>;
-using ColourImage = Image<std::uint8_t>; ///< 3 channels R G B
+using ColourImage = Image<std::uint8_t>;  ///< 3 channels R G B
 
 }  // namespace stria

@@ -10,12 +10,12 @@ namespace stria {
 struct LaserSheet {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitX();
     double offset_mm = 0;
-    Eigen::Vector3d apex = Eigen::Vector3d::Zero();             ///< mm
-    Eigen::Vector3d central_ray = Eigen::Vector3d::UnitZ();     ///< unit, in the sheet
-    double bow2 = 0, bow3 = 0;                                  ///< rad per rad^2, rad^3
-    double fan_rad = 1.0;            ///< full opening angle
-    double waist_sigma_mm = 0.1;     ///< Gaussian standard deviation across the sheet at the waist
-    double waist_at_mm = 0;          ///< distance of the waist from the apex
+    Eigen::Vector3d apex = Eigen::Vector3d::Zero();          ///< mm
+    Eigen::Vector3d central_ray = Eigen::Vector3d::UnitZ();  ///< unit, in the sheet
+    double bow2 = 0, bow3 = 0;                               ///< rad per rad^2, rad^3
+    double fan_rad = 1.0;                                    ///< full opening angle
+    double waist_sigma_mm = 0.1;  ///< Gaussian standard deviation across the sheet at the waist
+    double waist_at_mm = 0;       ///< distance of the waist from the apex
     double wavelength_nm = 650;
 };
 

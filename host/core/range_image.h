@@ -22,12 +22,13 @@ struct RangePoint {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();           ///< towards the camera; 0: unknown
     Eigen::Vector3f error_direction = Eigen::Vector3f::Zero();  ///< unit, away from the camera
-    float sigma_mm = 0;             ///< random, along error_direction; 0: unknown
-    float sigma_across_mm = 0;      ///< random, across it
-    float sigma_systematic_mm = 0;  ///< from calibration, shared by all points, along error_direction
+    float sigma_mm = 0;         ///< random, along error_direction; 0: unknown
+    float sigma_across_mm = 0;  ///< random, across it
+    float sigma_systematic_mm =
+        0;  ///< from calibration, shared by all points, along error_direction
     float intensity = 0;
     double s = 0;
-    std::uint16_t flags = 0;        ///< PulseFlag
+    std::uint16_t flags = 0;  ///< PulseFlag
 };
 
 /// A further return of a cell that is not its main one.
@@ -43,8 +44,8 @@ struct RangeImage {
     int width = 0;
     int height = 0;
     MachineKind kind = MachineKind::swept;
-    std::vector<std::uint8_t> mask;    ///< 1: the cell has a point
-    std::vector<RangePoint> points;    ///< one a cell; meaningless where mask is 0
+    std::vector<std::uint8_t> mask;  ///< 1: the cell has a point
+    std::vector<RangePoint> points;  ///< one a cell; meaningless where mask is 0
     std::vector<FurtherReturn> further;
     /// Point displacement (along error_direction, mm) per one standard deviation of each of the few
     /// leading calibration errors, rigid motion removed; [cell x sensitivity_count + k].

@@ -17,9 +17,7 @@ struct Rigid3 {
     Rigid3 operator*(const Rigid3& other) const {
         return {rotation * other.rotation, rotation * other.translation + translation};
     }
-    Rigid3 inverse() const {
-        return {rotation.transpose(), -(rotation.transpose() * translation)};
-    }
+    Rigid3 inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
 };
 
 /// Rotation by |w| rad about w (Rodrigues).

@@ -36,7 +36,8 @@ Eigen::Vector3d sheet_normal_at(const LaserSheet& sheet, const Eigen::Vector3d& 
     const double h = 1e-3;
     for (int i = 0; i < 3; ++i) {
         const Eigen::Vector3d step = h * Eigen::Vector3d::Unit(i);
-        gradient[i] = (signed_distance(sheet, p + step) - signed_distance(sheet, p - step)) / (2 * h);
+        gradient[i] =
+            (signed_distance(sheet, p + step) - signed_distance(sheet, p - step)) / (2 * h);
     }
     return gradient;
 }
@@ -51,9 +52,12 @@ Eigen::Vector3d turned(const Eigen::Vector3d& v, double by_a, double by_b) {
 
 const char* name_of(MachineKind kind) {
     switch (kind) {
-        case MachineKind::swept: return "swept";
-        case MachineKind::rail: return "rail";
-        case MachineKind::turntable: return "turntable";
+        case MachineKind::swept:
+            return "swept";
+        case MachineKind::rail:
+            return "rail";
+        case MachineKind::turntable:
+            return "turntable";
     }
     return "?";
 }
@@ -74,7 +78,8 @@ LaserSheet sheet_at(const Channel& channel, double s) {
 
 Rigid3 scan_from_camera(const Channel& channel, double s) {
     switch (channel.axis.kind) {
-        case MachineKind::swept: break;
+        case MachineKind::swept:
+            break;
         case MachineKind::rail:
             return {kScanAxes, s * (kScanAxes * channel.axis.rail.direction)};
         case MachineKind::turntable:
@@ -106,18 +111,17 @@ std::vector<std::string> parameter_names(const ScannerModel& model) {
             add(name);
         switch (channel.axis.kind) {
             case MachineKind::swept:
-                for (const char* name :
-                     {"mirror.axis_a", "mirror.axis_b", "mirror.point_a", "mirror.point_b",
-                      "mirror.normal_a", "mirror.normal_b", "mirror.offset", "mirror.g2",
-                      "mirror.g3"})
+                for (const char* name : {"mirror.axis_a", "mirror.axis_b", "mirror.point_a",
+                                         "mirror.point_b", "mirror.normal_a", "mirror.normal_b",
+                                         "mirror.offset", "mirror.g2", "mirror.g3"})
                     add(name);
                 break;
             case MachineKind::rail:
                 for (const char* name : {"rail.direction_a", "rail.direction_b"}) add(name);
                 break;
             case MachineKind::turntable:
-                for (const char* name : {"table.rx", "table.ry", "table.rz", "table.tx",
-                                         "table.ty", "table.tz"})
+                for (const char* name :
+                     {"table.rx", "table.ry", "table.rz", "table.tx", "table.ty", "table.tz"})
                     add(name);
                 break;
         }

@@ -17,13 +17,13 @@ enum class MachineKind : std::uint8_t { swept, rail, turntable };
 const char* name_of(MachineKind kind);
 std::optional<MachineKind> machine_kind_from(const std::string& name);
 
-/// Turning plane mirror: points with m(s) . (p - point) = offset_mm, m(s) = Rot(direction, g(s)) m0,
-/// g(s) = s + g2 s^2 + g3 s^3, s mechanical (the beam turns 2 s). Camera frame.
+/// Turning plane mirror: points with m(s) . (p - point) = offset_mm, m(s) = Rot(direction, g(s))
+/// m0, g(s) = s + g2 s^2 + g3 s^3, s mechanical (the beam turns 2 s). Camera frame.
 struct MirrorAxis {
     Eigen::Vector3d direction = Eigen::Vector3d::UnitY();  ///< unit
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();       ///< of the axis, nearest the camera centre
-    Eigen::Vector3d normal0 = Eigen::Vector3d::UnitZ();    ///< m0, unit
-    double offset_mm = 0;                                  ///< h
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();     ///< of the axis, nearest the camera centre
+    Eigen::Vector3d normal0 = Eigen::Vector3d::UnitZ();  ///< m0, unit
+    double offset_mm = 0;                                ///< h
     double g2 = 0, g3 = 0;
 };
 
@@ -65,9 +65,9 @@ struct ValidVolume {
 
 /// Where a model came from, as text for people and checks.
 struct Provenance {
-    std::string made_by;   ///< program and version
-    std::string date;      ///< ISO 8601; empty when made from a seed, so that bytes repeat
-    std::string data_hash; ///< of the calibration recordings
+    std::string made_by;    ///< program and version
+    std::string date;       ///< ISO 8601; empty when made from a seed, so that bytes repeat
+    std::string data_hash;  ///< of the calibration recordings
     double rms_px = 0;
 };
 
@@ -86,10 +86,10 @@ LaserSheet sheet_at(const Channel& channel, double s);
 /// p_in_scan = scan_from_camera(channel, s) * p_in_camera.
 Rigid3 scan_from_camera(const Channel& channel, double s);
 
-/// Names of a model's parameters: "channel0.camera.fx", ... Every one is a small difference from the
-/// model: fx fy cx cy and the lens kind's distortion; sheet.tilt_a, sheet.tilt_b (rad, rotations
-/// of the normal about the two vectors of tangent_basis(normal)), sheet.offset (mm), sheet.bow2,
-/// sheet.bow3; swept: mirror.axis_a, axis_b (rad), mirror.point_a, point_b (mm, along
+/// Names of a model's parameters: "channel0.camera.fx", ... Every one is a small difference from
+/// the model: fx fy cx cy and the lens kind's distortion; sheet.tilt_a, sheet.tilt_b (rad,
+/// rotations of the normal about the two vectors of tangent_basis(normal)), sheet.offset (mm),
+/// sheet.bow2, sheet.bow3; swept: mirror.axis_a, axis_b (rad), mirror.point_a, point_b (mm, along
 /// tangent_basis(direction)), mirror.normal_a, normal_b (rad), mirror.offset (mm), mirror.g2, g3;
 /// rail: rail.direction_a, direction_b (rad); turntable: table.rx ry rz (rad) tx ty tz (mm), a
 /// motion on the left of table_from_camera; all: axis.delay (ns).
@@ -103,10 +103,10 @@ void tangent_basis(const Eigen::Vector3d& n, Eigen::Vector3d& a, Eigen::Vector3d
 
 /// Where a pixel's ray meets the sheet.
 struct Triangulation {
-    Eigen::Vector3d point_in_scan;        ///< mm
-    Eigen::Vector3d ray_in_scan;          ///< unit, away from the camera
-    Eigen::Vector3d d_point_d_s;          ///< mm per unit of s, the pixel kept
-    Eigen::Vector3d d_point_d_u;          ///< mm per px, s kept: stays inside the sheet
+    Eigen::Vector3d point_in_scan;  ///< mm
+    Eigen::Vector3d ray_in_scan;    ///< unit, away from the camera
+    Eigen::Vector3d d_point_d_s;    ///< mm per unit of s, the pixel kept
+    Eigen::Vector3d d_point_d_u;    ///< mm per px, s kept: stays inside the sheet
     Eigen::Vector3d d_point_d_v;
 };
 

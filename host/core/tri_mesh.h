@@ -17,7 +17,7 @@ struct VertexAttribute {
 
 /// Triangles, counter-clockwise seen from outside; next vertex of a corner is implicit.
 struct TriMesh {
-    std::vector<Eigen::Vector3d> positions;             ///< mm
+    std::vector<Eigen::Vector3d> positions;  ///< mm
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<VertexAttribute> attributes;
 

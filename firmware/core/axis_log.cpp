@@ -9,8 +9,9 @@ std::optional<AxisState> position_at(const AxisLog& log, TimeNs time_ns) {
     const auto& samples = log.samples;
     if (samples.size() < 2 || time_ns < samples.front().t_ns || time_ns > samples.back().t_ns)
         return std::nullopt;
-    auto after = std::upper_bound(samples.begin(), samples.end(), time_ns,
-                                  [](TimeNs t, const AxisSample& sample) { return t < sample.t_ns; });
+    auto after =
+        std::upper_bound(samples.begin(), samples.end(), time_ns,
+                         [](TimeNs t, const AxisSample& sample) { return t < sample.t_ns; });
     if (after == samples.end()) --after;  // exactly the last sample
     const AxisSample& a = *(after - 1);
     const AxisSample& b = *after;

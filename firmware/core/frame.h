@@ -15,15 +15,15 @@ struct Frame {
     std::vector<std::uint8_t> bytes;  ///< width x height samples, row-major, rows not padded
     int width = 0;
     int height = 0;
-    int bits = 8;                      ///< 8..16; full scale is 2^bits - 1
+    int bits = 8;  ///< 8..16; full scale is 2^bits - 1
     std::uint8_t camera_id = 0;
-    std::uint8_t laser_id = 0;         ///< whose stripe; meaningless where laser_power is 0
-    std::uint8_t exposure_index = 0;   ///< which of the plan's exposures
-    float laser_power = 0;             ///< 0 (off) to 1
-    TimeNs exposure_start_ns = 0;      ///< of row 0
+    std::uint8_t laser_id = 0;        ///< whose stripe; meaningless where laser_power is 0
+    std::uint8_t exposure_index = 0;  ///< which of the plan's exposures
+    float laser_power = 0;            ///< 0 (off) to 1
+    TimeNs exposure_start_ns = 0;     ///< of row 0
     TimeNs exposure_ns = 0;
-    TimeNs row_time_ns = 0;            ///< from one row's exposure to the next's; 0: global shutter
-    std::uint32_t sequence = 0;        ///< counts the camera's frames; a gap is a lost frame
+    TimeNs row_time_ns = 0;      ///< from one row's exposure to the next's; 0: global shutter
+    std::uint32_t sequence = 0;  ///< counts the camera's frames; a gap is a lost frame
 
     int bytes_per_sample() const { return bits > 8 ? 2 : 1; }
     int full_scale() const { return (1 << bits) - 1; }

@@ -28,15 +28,15 @@ enum class StripeMode : std::uint8_t {
 
 /// One crossing of the stripe over one surface point.
 struct Pulse {
-    float u = 0, v = 0;     ///< pixel, (0, 0) the centre of the top-left one
-    TimeNs t_ns = 0;        ///< device clock
-    double s = 0;           ///< axis position at t_ns
-    double ds_dt = 0;       ///< per second
-    float amplitude = 0;    ///< DN above background
-    float width = 0;        ///< Gaussian standard deviation, ns or px by the map's mode
-    float background = 0;   ///< DN
-    float sigma = 0;        ///< standard deviation of t_ns (ns) or of u (px), from the fit
-    float chi_square = 0;   ///< per degree of freedom
+    float u = 0, v = 0;    ///< pixel, (0, 0) the centre of the top-left one
+    TimeNs t_ns = 0;       ///< device clock
+    double s = 0;          ///< axis position at t_ns
+    double ds_dt = 0;      ///< per second
+    float amplitude = 0;   ///< DN above background
+    float width = 0;       ///< Gaussian standard deviation, ns or px by the map's mode
+    float background = 0;  ///< DN
+    float sigma = 0;       ///< standard deviation of t_ns (ns) or of u (px), from the fit
+    float chi_square = 0;  ///< per degree of freedom
     std::uint16_t flags = 0;
     std::uint8_t laser_id = 0;
     std::uint8_t exposure_index = 0;
@@ -57,7 +57,7 @@ struct PulseMap {
     std::uint32_t frames = 0;          ///< analysed
     std::uint32_t frames_dropped = 0;  ///< gaps in the sequence
     std::uint32_t saturated_samples = 0;
-    bool undersampled = false;         ///< the step exceeds the stripe's width: no pulses claimed
+    bool undersampled = false;  ///< the step exceeds the stripe's width: no pulses claimed
 
     std::span<const Pulse> cell(int x, int y) const {
         const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +

@@ -9,16 +9,18 @@ namespace stria {
 
 /// Why something could not be done: a sentence for people, and the byte where decoding stopped.
 struct Failure {
-    std::string message;          ///< what, where, expected and found
-    std::size_t byte_offset = 0;  ///< of the first byte that could not be used; 0 if not about bytes
+    std::string message;  ///< what, where, expected and found
+    std::size_t byte_offset =
+        0;  ///< of the first byte that could not be used; 0 if not about bytes
 };
 
 /// A value, or why there is none. Bytes from outside and devices answer with it; nothing throws.
 template <typename T>
 class [[nodiscard]] Result {
   public:
-    Result(T value) : content_(std::move(value)) {}          // NOLINT(google-explicit-constructor)
-    Result(Failure failure) : content_(std::move(failure)) {}  // NOLINT(google-explicit-constructor)
+    Result(T value) : content_(std::move(value)) {}  // NOLINT(google-explicit-constructor)
+    Result(Failure failure)
+        : content_(std::move(failure)) {}  // NOLINT(google-explicit-constructor)
 
     bool ok() const { return content_.index() == 0; }
     explicit operator bool() const { return ok(); }

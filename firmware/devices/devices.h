@@ -30,12 +30,12 @@ struct CameraInfo {
     int height = 0;
     int bits = 8;
     SensorNoise noise;
-    TimeNs row_time_ns = 0;          ///< 0: global shutter
+    TimeNs row_time_ns = 0;  ///< 0: global shutter
     TimeNs min_frame_period_ns = 0;
     TimeNs min_exposure_ns = 0;
     TimeNs max_exposure_ns = 0;
     TimestampPoint timestamp_point = TimestampPoint::exposure_start;
-    TimeNs timestamp_sigma_ns = 0;   ///< measured, not assumed
+    TimeNs timestamp_sigma_ns = 0;  ///< measured, not assumed
 };
 
 struct CameraSettings {
@@ -68,9 +68,9 @@ class Laser {
 
 struct AxisInfo {
     std::string name;
-    double min_s = 0, max_s = 0;   ///< travel, mm or rad
-    double max_speed = 0;          ///< per second
-    double sigma_s = 0;            ///< of a logged position
+    double min_s = 0, max_s = 0;  ///< travel, mm or rad
+    double max_speed = 0;         ///< per second
+    double sigma_s = 0;           ///< of a logged position
 };
 
 class Axis {
@@ -80,8 +80,8 @@ class Axis {
     virtual Status home() = 0;
     /// Blocks until at rest at s, or fails at the deadline.
     virtual Status move_to(double s, TimeNs deadline_ns) = 0;
-    /// Begins to move from `from` to `to` at constant speed (> 0, unit of s per second): the speed is
-    /// reached before `from` and held past `to`. Returns at once.
+    /// Begins to move from `from` to `to` at constant speed (> 0, unit of s per second): the speed
+    /// is reached before `from` and held past `to`. Returns at once.
     virtual Status start_sweep(double from, double to, double speed) = 0;
     virtual bool is_moving() = 0;
     /// All positions since home() or the last call.

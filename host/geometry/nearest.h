@@ -44,16 +44,15 @@ class SurfaceTree {
 
     struct Hit {
         std::uint32_t triangle;
-        Eigen::Vector3d point;      ///< on the triangle
+        Eigen::Vector3d point;  ///< on the triangle
         Eigen::Vector3d barycentric;
         double distance_mm;
     };
-    std::optional<Hit> nearest(const Eigen::Vector3d& query,
-                               double max_distance_mm = 1e300) const;
+    std::optional<Hit> nearest(const Eigen::Vector3d& query, double max_distance_mm = 1e300) const;
 
     struct RayHit {
         std::uint32_t triangle;
-        double t;                   ///< point = origin + t direction
+        double t;  ///< point = origin + t direction
         Eigen::Vector3d barycentric;
     };
     /// First triangle hit with t_min <= t <= t_max, either side.

@@ -8,8 +8,8 @@
 namespace stria {
 
 struct RangeGridOptions {
-    double max_edge_mm = 0;          ///< longer edges are not surface; 0: 4 x the median pitch
-    double max_incidence_rad = 1.48; ///< triangles seen flatter than this are not surface (85 deg)
+    double max_edge_mm = 0;           ///< longer edges are not surface; 0: 4 x the median pitch
+    double max_incidence_rad = 1.48;  ///< triangles seen flatter than this are not surface (85 deg)
 };
 
 /// Triangles of a range image, as cell numbers, counter-clockwise seen from the camera. Of the two

@@ -114,9 +114,8 @@ MachineScenes machine_scenes(MachineKind kind, unsigned seed) {
     }
     made.board_scene = scene;
     made.board_scene.objects.push_back(plate(made.board));
-    made.board_scene.views =
-        placements(kind == MachineKind::turntable ? 10 : 9, made.board, middle, upright,
-                   kind == MachineKind::turntable ? 25 : 45, rng);
+    made.board_scene.views = placements(kind == MachineKind::turntable ? 10 : 9, made.board, middle,
+                                        upright, kind == MachineKind::turntable ? 25 : 45, rng);
 
     made.sphere_scene = scene;
     SceneObject sphere;

@@ -14,9 +14,9 @@ constexpr double kSphereRadiusMm = 25;
 
 struct MachineScenes {
     Board board;
-    Scene board_scene;   ///< one view a placement
+    Scene board_scene;  ///< one view a placement
     Scene sphere_scene;
-    ScanPlan board_plan;   ///< with off frames
+    ScanPlan board_plan;  ///< with off frames
     ScanPlan sphere_plan;
 };
 

@@ -41,8 +41,7 @@ std::vector<ReportFigure> summary(const DemoResult& r) {
 ReportSection stripe_section(const DemoResult& r) {
     ReportPictures pictures;
     for (const Frame& frame : r.stripe_frames)
-        pictures.pictures.push_back({"one frame, brightened",
-                                     picture_of_frame(frame, 2.0, 480)});
+        pictures.pictures.push_back({"one frame, brightened", picture_of_frame(frame, 2.0, 480)});
     return {
         "What the camera saw",
         {ReportText{"Frames of one sweep: the stripe crosses the object, whose paint is 5:1 light "

@@ -107,8 +107,8 @@ Eigen::Matrix3d facing_camera(const Vector3d& facing, double roll_rad) {
     return rotation_from_vector({0, 0, roll_rad}) * object_from_view.transpose();
 }
 
-/// Directions from which the object is seen: a ring, alternating above and below, then into the cup,
-/// and obliquely from beneath, where the plinth's flat bottom alone would fit anywhere.
+/// Directions from which the object is seen: a ring, alternating above and below, then into the
+/// cup, and obliquely from beneath, where the plinth's flat bottom alone would fit anywhere.
 std::vector<Vector3d> view_directions(int count) {
     std::vector<Vector3d> directions;
     const int ring = count - 2;

@@ -133,18 +133,18 @@ TEST_P(Machines, CalibrateAndMeasureASphere) {
         const RangePoint& p = image.points[i];
         const Vector3d out = (p.position - sphere.centre).normalized();
         const Vector3d e = p.error_direction.cast<double>();
-        const double along =
-            ((p.position - sphere.centre).norm() - kSphereRadiusMm) / out.dot(e);
+        const double along = ((p.position - sphere.centre).norm() - kSphereRadiusMm) / out.dot(e);
         normalised.push_back(along / std::hypot(p.sigma_mm, p.sigma_systematic_mm));
     }
     const double middle = median(normalised);
     for (double& x : normalised) x = std::abs(x - middle);
     const double sigma_ratio = 1.4826 * median(normalised);
 
-    std::printf("%s: calibration %.3f px rms, points %.4f mm rms = %.2e of the diagonal %.0f mm; "
-                "sphere of %zu points: radius %+.4f mm, rms %.4f mm, sigma_ratio %.3f\n",
-                name_of(GetParam()), calibration.rms_px, rms_mm, rms_mm / diagonal_mm, diagonal_mm,
-                points.size(), sphere.radius_mm - kSphereRadiusMm, sphere.rms_mm, sigma_ratio);
+    std::printf(
+        "%s: calibration %.3f px rms, points %.4f mm rms = %.2e of the diagonal %.0f mm; "
+        "sphere of %zu points: radius %+.4f mm, rms %.4f mm, sigma_ratio %.3f\n",
+        name_of(GetParam()), calibration.rms_px, rms_mm, rms_mm / diagonal_mm, diagonal_mm,
+        points.size(), sphere.radius_mm - kSphereRadiusMm, sphere.rms_mm, sigma_ratio);
     EXPECT_LE(rms_mm, 1e-4 * diagonal_mm);
     EXPECT_NEAR(sphere.radius_mm, kSphereRadiusMm, 0.02);  // mm: the figure to hold
     EXPECT_GE(sigma_ratio, 0.8);

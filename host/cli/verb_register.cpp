@@ -39,9 +39,10 @@ class Register final : public Verb {
         const std::clock_t start = std::clock();  // of all threads
         const std::vector<ScanSource> sources = resolve_scans(scans_);
         const std::vector<ScanSurface> surfaces = read_surfaces(sources, context);
+        JointOptions options;
         std::vector<ScanPose> poses =
-            poses_.empty() ? placed(surfaces, sources, context) : given(sources, context);
-        const JointResult result = register_jointly(surfaces, poses);
+            poses_.empty() ? placed(surfaces, sources, context, options) : given(sources, context);
+        const JointResult result = register_jointly(surfaces, poses, options);
         for (std::size_t i = 0; i < poses.size(); ++i) {
             poses[i].file = relative_name(sources[i].range, out_);
             poses[i].world_from_scan = result.scans[i].world_from_scan;
@@ -81,8 +82,9 @@ class Register final : public Verb {
 
     static std::vector<ScanPose> placed(const std::vector<ScanSurface>& surfaces,
                                         const std::vector<ScanSource>& sources,
-                                        const Context& context) {
+                                        const Context& context, JointOptions& options) {
         const CoarseResult coarse = place_scans(surfaces);
+        options.start_distance_mm = 2 * coarse.detail_mm;
         std::vector<ScanPose> poses;
         for (std::size_t i = 0; i < coarse.scans.size(); ++i) {
             if (!coarse.scans[i].placed)

@@ -15,6 +15,17 @@ namespace stria {
 namespace {
 
 using Eigen::Vector3d;
+constexpr int kHypotheses = 100;     ///< poses of a pair that get a quick look
+constexpr std::size_t kKeys = 1500;  ///< points of a scan that are compared
+
+/// Of the registration of thinned scans: wide enough for a rough pose, quick, and no finer than the
+/// thinned points are.
+JointOptions thin_options(double detail_mm) {
+    return {.start_distance_mm = 5 * detail_mm,
+            .samples_per_scan = 1500,
+            .max_iterations = 40,
+            .tolerance_mm = 0.01 * detail_mm};
+}
 
 /// Joins pairs to groups, best first.
 class Assembly {
@@ -35,8 +46,10 @@ class Assembly {
 
   private:
     std::vector<std::size_t> members(std::size_t group) const;
+    /// With more than `share` times what is allowed.
     bool is_contradicted(const std::vector<std::size_t>& staying,
-                         const std::vector<std::size_t>& moving, const Rigid3& motion) const;
+                         const std::vector<std::size_t>& moving, double share,
+                         double free_mm) const;
     void refine(const std::vector<std::size_t>& all);
 
     const std::vector<CheckedScan>& scans_;
@@ -54,14 +67,15 @@ std::vector<std::size_t> Assembly::members(std::size_t group) const {
 }
 
 bool Assembly::is_contradicted(const std::vector<std::size_t>& staying,
-                               const std::vector<std::size_t>& moving, const Rigid3& motion) const {
+                               const std::vector<std::size_t>& moving, double share,
+                               double free_mm) const {
     for (const std::size_t a : moving)
         for (const std::size_t b : staying) {
-            const Rigid3 b_from_a = pose_[b].inverse() * motion * pose_[a];
-            // Wider than for a pair: errors add up along the chain that joins them.
-            const PairCheck check =
-                check_pair(scans_[a], scans_[b], b_from_a, detail_, 2.5 * detail_);
-            if (check.contradiction > options_.max_contradiction) return true;
+            const PairCheck check = check_pair(scans_[a], scans_[b], pose_[b].inverse() * pose_[a],
+                                               {0.5 * detail_, free_mm, 1});
+            if (check.contradiction > share * options_.max_contradiction ||
+                check.missing > share * options_.max_missing)
+                return true;
         }
     return false;
 }
@@ -69,21 +83,30 @@ bool Assembly::is_contradicted(const std::vector<std::size_t>& staying,
 bool Assembly::join(const CoarsePair& pair) {
     if (group_[pair.source] == group_[pair.target]) return false;
     const auto staying = members(group_[pair.target]), moving = members(group_[pair.source]);
+    const std::vector<Rigid3> before = pose_;
     const Rigid3 motion =
         pose_[pair.target] * pair.target_from_source * pose_[pair.source].inverse();
-    if (is_contradicted(staying, moving, motion)) return false;
-    const std::size_t number = std::min(group_[pair.source], group_[pair.target]);
     std::vector<std::size_t> all = staying;
     for (const std::size_t i : moving) {
         pose_[i] = motion * pose_[i];
         all.push_back(i);
     }
+    // Errors add up along the chain that joins two scans: gross contradictions first, then all
+    // pairs of the group pull it straight, and then it must hold as strictly as a pair does.
+    bool fits = !is_contradicted(staying, moving, 3, 4 * detail_);
+    if (fits && all.size() > 2) {
+        refine(all);
+        fits = !is_contradicted(staying, moving, 1, 1.5 * detail_);
+    }
+    if (!fits) {
+        pose_ = before;
+        return false;
+    }
+    const std::size_t number = std::min(group_[pair.source], group_[pair.target]);
     for (const std::size_t i : all) group_[i] = number;
-    if (all.size() > 2) refine(all);
     return true;
 }
 
-/// All pairs of the group pull it straight before errors grow.
 void Assembly::refine(const std::vector<std::size_t>& all) {
     SurfaceList surfaces;
     std::vector<ScanPose> poses;
@@ -92,11 +115,7 @@ void Assembly::refine(const std::vector<std::size_t>& all) {
         poses.emplace_back();
         poses.back().world_from_scan = pose_[i];
     }
-    const JointResult result = register_jointly(surfaces, poses,
-                                                {.start_distance_mm = 3 * detail_,
-                                                 .samples_per_scan = 1000,
-                                                 .max_iterations = 20,
-                                                 .tolerance_mm = 0.02 * detail_});
+    const JointResult result = register_jointly(surfaces, poses, thin_options(detail_));
     for (std::size_t k = 0; k < all.size(); ++k) pose_[all[k]] = result.scans[k].world_from_scan;
 }
 
@@ -119,29 +138,57 @@ double detail_of(const std::vector<ScanSurface>& surfaces, const CoarseOptions& 
     if (extents.empty()) return 0;
     const auto middle = extents.begin() + static_cast<std::ptrdiff_t>(extents.size() / 2);
     std::nth_element(extents.begin(), middle, extents.end());
-    return std::max(2 * pitch, *middle / 90);
+    return std::max(2 * pitch, *middle / 130);
+}
+
+/// Of the many poses that some shapes suggest, those under which the scans look most like one part:
+/// a quick look at some hundred points, with room for the poses being rough.
+std::vector<Rigid3> most_plausible(const CheckedScan& from, const CheckedScan& to,
+                                   const std::vector<PoseHypothesis>& hypotheses, double detail,
+                                   int count) {
+    constexpr std::size_t kLooks = 400;
+    const std::size_t smaller = std::min(from.thin.points.size(), to.thin.points.size());
+    const PairTolerance rough = {2 * detail, 4 * detail,
+                                 std::max<std::size_t>(1, smaller / kLooks)};
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t k = 0; k < hypotheses.size(); ++k) {
+        const PairCheck check = check_pair(from, to, hypotheses[k].target_from_source, rough);
+        order.emplace_back(4 * check.contradiction + check.missing - check.overlap, k);
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<Rigid3> poses;
+    for (const auto& [rank, k] : order)
+        if (poses.size() < static_cast<std::size_t>(count))
+            poses.push_back(hypotheses[k].target_from_source);
+    return poses;
 }
 
 /// Verified poses of one pair of scans, best first.
 std::vector<CoarsePair> poses_of_pair(const std::vector<CheckedScan>& scans,
-                                      const std::vector<Eigen::MatrixXf>& features,
-                                      std::size_t source, std::size_t target, double detail,
+                                      const std::vector<ShapeKeys>& keys, std::size_t source,
+                                      std::size_t target, double detail,
                                       const CoarseOptions& options) {
     const CheckedScan &from = scans[source], &to = scans[target];
     std::vector<CoarsePair> verified;
-    for (const PoseHypothesis& hypothesis :
-         pose_hypotheses(from.thin, features[source], to.thin, features[target], detail,
-                         options.max_hypotheses)) {
-        const PairResult refined = register_pair(from.thin, to.thin, hypothesis.target_from_source,
-                                                 {.start_distance_mm = 3 * detail,
-                                                  .samples_per_scan = 1000,
-                                                  .max_iterations = 25,
-                                                  .tolerance_mm = 0.02 * detail});
+    const std::vector<PoseHypothesis> hypotheses =
+        pose_hypotheses(keys[source], keys[target], detail, kHypotheses);
+    for (const Rigid3& start :
+         most_plausible(from, to, hypotheses, detail, options.max_hypotheses)) {
+        const PairResult refined = register_pair(from.thin, to.thin, start, thin_options(detail));
         if (refined.matches == 0) continue;
         const PairCheck check =
-            check_pair(from, to, refined.target_from_source, detail, 1.5 * detail);
-        if (check.overlap < options.min_overlap || check.contradiction > options.max_contradiction)
+            check_pair(from, to, refined.target_from_source, {0.5 * detail, 1.5 * detail, 1});
+        if (check.overlap < options.min_overlap ||
+            check.contradiction > options.max_contradiction || check.missing > options.max_missing)
             continue;
+        const Vector3d centre = refined.target_from_source * from.thin.centre;
+        const bool known =
+            std::any_of(verified.begin(), verified.end(), [&](const CoarsePair& other) {
+                const Rigid3 step = other.target_from_source * refined.target_from_source.inverse();
+                return vector_from_rotation(step.rotation).norm() < 0.02 &&
+                       (step * centre - centre).norm() < detail;
+            });
+        if (known) continue;
         CoarsePair pair;
         pair.source = source;
         pair.target = target;
@@ -149,7 +196,9 @@ std::vector<CoarsePair> poses_of_pair(const std::vector<CheckedScan>& scans,
         pair.overlap = check.overlap;
         pair.contradiction = check.contradiction;
         pair.rms_mm = check.rms_mm;
-        pair.score = check.agreeing * (1 - check.contradiction / options.max_contradiction);
+        pair.missing = check.missing;
+        pair.score = check.agreeing * (1 - check.contradiction / options.max_contradiction) *
+                     (1 - check.missing / options.max_missing);
         verified.push_back(pair);
     }
     return verified;
@@ -160,13 +209,19 @@ std::vector<CoarsePair> all_pairs(const std::vector<CheckedScan>& scans, double 
     std::vector<Eigen::MatrixXf> features(scans.size());
     for (std::size_t i = 0; i < scans.size(); ++i)
         features[i] = shape_features(scans[i].thin, 5 * detail, 10 * detail);
+    std::vector<const ScanSurface*> surfaces;
+    for (const CheckedScan& scan : scans) surfaces.push_back(&scan.thin);
+    const auto points = distinctive_points(surfaces, features, kKeys);
+    std::vector<ShapeKeys> keys;
+    for (std::size_t i = 0; i < scans.size(); ++i)
+        keys.push_back({scans[i].thin, features[i], points[i]});
     std::vector<std::pair<std::size_t, std::size_t>> tasks;
     for (std::size_t i = 0; i < scans.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) tasks.emplace_back(i, j);
     std::vector<std::vector<CoarsePair>> found(tasks.size());
     parallel_for_blocks(tasks.size(), 1, [&](std::size_t begin, std::size_t) {
-        found[begin] = poses_of_pair(scans, features, tasks[begin].first, tasks[begin].second,
-                                     detail, options);
+        found[begin] =
+            poses_of_pair(scans, keys, tasks[begin].first, tasks[begin].second, detail, options);
     });
     std::vector<CoarsePair> pairs;
     for (const auto& list : found) pairs.insert(pairs.end(), list.begin(), list.end());
@@ -197,6 +252,8 @@ std::string validate(const CoarseOptions& options) {
         return bad("min_overlap", options.min_overlap, "in (0, 1)");
     if (!(options.max_contradiction > 0 && options.max_contradiction < 1))
         return bad("max_contradiction", options.max_contradiction, "in (0, 1)");
+    if (!(options.max_missing > 0 && options.max_missing <= 1))
+        return bad("max_missing", options.max_missing, "in (0, 1]");
     return {};
 }
 
@@ -205,14 +262,15 @@ CoarseResult place_scans(const std::vector<ScanSurface>& surfaces, const CoarseO
         throw std::invalid_argument(wrong);
     CoarseResult result;
     result.scans.resize(surfaces.size());
-    const double detail = detail_of(surfaces, options);
+    const double detail = result.detail_mm = detail_of(surfaces, options);
     if (!(detail > 0)) {
         for (CoarseScan& scan : result.scans) scan.reason = "it has no surface";
         return result;
     }
     std::vector<CheckedScan> scans;
     for (const ScanSurface& surface : surfaces)
-        scans.push_back({thinned(surface, detail), LineOfSight(surface, detail)});
+        scans.push_back({thinned(surface, detail), LineOfSight(surface, 2 * surface.pitch_mm),
+                         LineOfSight(surface, 2 * surface.pitch_mm, LineOfSight::From::laser)});
     result.pairs = all_pairs(scans, detail, options);
 
     Assembly assembly(scans, options, detail);

@@ -8,12 +8,14 @@
 namespace stria {
 
 struct CoarseOptions {
-    double detail_mm = 0;             ///< spacing of the points that are compared; 0: a 90th of the
-                                      ///< median scan's extent, but at least twice the pitch
-    int max_hypotheses = 6;           ///< poses kept for each pair of scans until verified
-    double min_overlap = 0.12;        ///< share of the smaller scan's points that must agree
-    double max_contradiction = 0.03;  ///< share of points that may lie in space seen empty:
-                                      ///< edges and mixed points do
+    double detail_mm = 0;       ///< spacing of the points that are compared; 0: a 90th of the
+                                ///< median scan's extent, but at least twice the pitch
+    int max_hypotheses = 6;     ///< poses kept for each pair of scans until verified
+    double min_overlap = 0.12;  ///< share of the smaller scan's points that must agree
+    double max_contradiction = 0.015;  ///< share of points that may lie in space seen empty:
+                                       ///< edges and mixed points do
+    double max_missing = 0.08;  ///< share of points that the other scan should have seen and did
+                                ///< not; dark and shiny parts leave some out
 };
 /// Empty if usable, else field, value and bound.
 std::string validate(const CoarseOptions& options);
@@ -24,6 +26,7 @@ struct CoarsePair {
     Rigid3 target_from_source;
     double overlap = 0;        ///< share of the smaller scan's points that agree
     double contradiction = 0;  ///< share of points of either in space the other saw empty
+    double missing = 0;        ///< share of points the other should have seen and did not
     double rms_mm = 0;         ///< point-to-plane, of the points that agree
     double score = 0;          ///< area that agrees, less for contradictions
     bool used = false;         ///< joined two groups of scans
@@ -37,6 +40,8 @@ struct CoarseScan {
 
 struct CoarseResult {
     bool all_placed = false;
+    double detail_mm = 0;  ///< spacing compared; the poses are good to about that, so twice
+                           ///< it suits JointOptions::start_distance_mm
     std::vector<CoarseScan> scans;
     std::vector<CoarsePair> pairs;  ///< all that passed the verification, best first
 };

@@ -15,6 +15,7 @@ using Eigen::Vector3d;
 
 constexpr double kMadToSigma = 1.4826;
 constexpr double kTukey = 4.685;  // 95 % efficient for normal noise
+constexpr double kAnneal = 0.7;   // a step's share of the one before
 
 double median_of(std::vector<double> values) {
     if (values.empty()) return 0;
@@ -53,6 +54,8 @@ class JointSolver {
     std::vector<std::vector<std::uint32_t>> samples_;  ///< of each scan, at the level at hand
     double start_distance_ = 0;
     double tolerance_ = 0;
+    double anneal_mm_ = 0;  ///< least spread of any pair for now; 0: each has its own
+    double least_anneal_mm_ = 0;
     bool use_sigma_ = true;
 };
 
@@ -82,6 +85,8 @@ JointSolver::JointSolver(const SurfaceList& surfaces, const std::vector<ScanPose
     problem_.scale_mm = std::max(1e-9, 0.25 * median_of(extents));  // a typical arm
     start_distance_ =
         options.start_distance_mm > 0 ? options.start_distance_mm : 0.1 * median_of(extents);
+    anneal_mm_ = start_distance_ / kTukey;
+    least_anneal_mm_ = 0.25 * median_of(pitches);
     tolerance_ = options.tolerance_mm > 0 ? options.tolerance_mm : median_of(pitches) / 500;
     make_pairs();
 }
@@ -147,7 +152,11 @@ void JointSolver::weigh(PairMatches& pair) const {
         sizes.push_back(std::abs(pair.residual_mm[m]) / pair.sigma_mm[m]);
     // With sigmas the noise alone sets the least spread; without, a thousandth of the pitch does.
     const double least = use_sigma_ ? 1.0 : 1e-3 * surfaces_[pair.target]->pitch_mm;
-    pair.spread = std::max(least, kMadToSigma * median_of(sizes));
+    // Early on no pair may be surer than the anneal allows: most of a smooth part agrees with
+    // itself wherever it slides to, and the few places that tell where it belongs would count as
+    // outliers.
+    const double annealed = anneal_mm_ / median_of(pair.sigma_mm);
+    pair.spread = std::max({least, kMadToSigma * median_of(sizes), annealed});
     for (std::size_t m = 0; m < pair.matches.size(); ++m) {
         const double u = sizes[m] / (kTukey * pair.spread);
         if (u >= 1) continue;
@@ -156,7 +165,8 @@ void JointSolver::weigh(PairMatches& pair) const {
     }
     const double pitch =
         std::max(surfaces_[pair.source]->pitch_mm, surfaces_[pair.target]->pitch_mm);
-    pair.gate_mm = std::min(pair.gate_mm, std::max(3 * pitch, 4 * median_of(pair.distance_mm)));
+    pair.gate_mm = std::min(
+        pair.gate_mm, std::max({3 * pitch, 4 * median_of(pair.distance_mm), kTukey * anneal_mm_}));
 }
 
 /// Poses that have settled are good to the distances most matches show; pairs that barely overlap
@@ -247,7 +257,8 @@ JointResult JointSolver::solve() {
             const JointStep done = step(static_cast<int>(level));
             result.history.push_back(done);
             ++result.iterations;
-            settled = done.largest_move_mm < levels[level].tolerance_mm;
+            settled = done.largest_move_mm < levels[level].tolerance_mm && anneal_mm_ == 0;
+            anneal_mm_ = anneal_mm_ > least_anneal_mm_ ? kAnneal * anneal_mm_ : 0;
         }
         result.converged = settled;
     }

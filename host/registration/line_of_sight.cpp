@@ -9,17 +9,23 @@ namespace {
 
 using Eigen::Vector3d;
 constexpr int kMaxSide = 2000;  ///< cells
+/// An eye may move by this many cells: a mirror's image of the laser does, by little.
+constexpr double kMaxTravel = 10;
 
 }  // namespace
 
-LineOfSight::LineOfSight(const ScanSurface& surface, double cell_mm) {
+LineOfSight::LineOfSight(const ScanSurface& surface, double cell_mm, From from) {
     if (surface.points.empty() || !(cell_mm > 0)) return;
     perspective_ = !surface.stations.empty();
+    whole_ = surface.is_whole;
     Vector3d into = -Vector3d::UnitZ();
     if (perspective_) {
-        eye_ = surface.stations.front().camera_in_scan;
+        const auto eye_of = [&](const Station& station) {
+            return from == From::camera ? station.camera_in_scan : station.laser_in_scan;
+        };
+        eye_ = eye_of(surface.stations.front());
         for (const Station& station : surface.stations)
-            if ((station.camera_in_scan - eye_).norm() > cell_mm) return;  // the camera moved
+            if ((eye_of(station) - eye_).norm() > kMaxTravel * cell_mm) return;  // it moved
         into = (surface.centre - eye_).normalized();
     }
     axes_.row(2) = into.transpose();
@@ -72,15 +78,59 @@ bool LineOfSight::locate(const Vector3d& point, int& x, int& y, double& depth) c
     return true;
 }
 
+bool LineOfSight::is_seen_through(int x, int y, double depth) const {
+    for (int v = y - 1; v <= y + 1; ++v)
+        for (int u = x - 1; u <= x + 1; ++u) {
+            if (u < 0 || v < 0 || u >= width_ || v >= height_) return false;
+            const Seen& seen = seen_[static_cast<std::size_t>(v * width_ + u)];
+            if (seen.least > seen.greatest || static_cast<double>(seen.least) < depth) return false;
+        }
+    return true;
+}
+
 LineOfSight::Verdict LineOfSight::at(const Vector3d& point_in_scan, double tolerance_mm) const {
     int x = 0, y = 0;
     double depth = 0;
     if (!usable_ || !locate(point_in_scan, x, y, depth)) return Verdict::unknown;
     const Seen& seen = seen_[static_cast<std::size_t>(y * width_ + x)];
     if (seen.least > seen.greatest) return Verdict::unknown;
-    if (depth < static_cast<double>(seen.least) - tolerance_mm) return Verdict::in_front;
+    if (depth < static_cast<double>(seen.least) - tolerance_mm)
+        return is_seen_through(x, y, depth + tolerance_mm) ? Verdict::in_front : Verdict::unknown;
     if (depth > static_cast<double>(seen.greatest) + tolerance_mm) return Verdict::behind;
     return Verdict::near;
+}
+
+bool LineOfSight::sees_nothing_at(const Vector3d& point_in_scan) const {
+    int x = 0, y = 0;
+    double depth = 0;
+    if (!usable_) return false;
+    if (!locate(point_in_scan, x, y, depth)) return whole_ && (!perspective_ || depth > 0);
+    for (int v = std::max(0, y - 1); v <= std::min(height_ - 1, y + 1); ++v)
+        for (int u = std::max(0, x - 1); u <= std::min(width_ - 1, x + 1); ++u) {
+            const Seen& seen = seen_[static_cast<std::size_t>(v * width_ + u)];
+            if (seen.least <= seen.greatest) return false;
+        }
+    return true;
+}
+
+bool LineOfSight::may_be_hidden(const Vector3d& point_in_scan, double tolerance_mm) const {
+    int x = 0, y = 0;
+    double depth = 0;
+    if (!usable_) return true;
+    if (!locate(point_in_scan, x, y, depth)) return false;
+    for (int v = std::max(0, y - 2); v <= std::min(height_ - 1, y + 2); ++v)
+        for (int u = std::max(0, x - 2); u <= std::min(width_ - 1, x + 2); ++u) {
+            const Seen& seen = seen_[static_cast<std::size_t>(v * width_ + u)];
+            if (seen.least <= seen.greatest &&
+                static_cast<double>(seen.least) < depth - tolerance_mm)
+                return true;
+        }
+    return false;
+}
+
+Vector3d LineOfSight::towards_eye(const Vector3d& point_in_scan) const {
+    return perspective_ ? Vector3d((eye_ - point_in_scan).normalized())
+                        : Vector3d(-axes_.row(2).transpose());
 }
 
 }  // namespace stria

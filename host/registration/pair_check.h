@@ -10,6 +10,8 @@ struct PairCheck {
     double overlap = 0;  ///< share of the smaller scan's points that lie on the other's surface
     double contradiction = 0;  ///< share of the smaller scan's points, of both together, that lie
                                ///< where the other scan saw empty space
+    double missing = 0;        ///< share of the smaller scan's points, of both together, that face
+                               ///< the other's camera and laser but were not seen by it
     double rms_mm = 0;         ///< point-to-plane over the points that agree
     double agreeing = 0;       ///< number of points that agree, mean of both
 };
@@ -18,12 +20,18 @@ struct PairCheck {
 struct CheckedScan {
     ScanSurface thin;
     LineOfSight sight;
+    LineOfSight light;  ///< from the laser: what lies in shadow
 };
 
-/// Counts, both ways: points that agree with the other surface within half the spacing and 30
-/// degrees, and points that do not and lie more than `free_mm` in front of what the other saw.
-/// @param detail_mm  spacing of the thinned points
+struct PairTolerance {
+    double surface_mm = 1;   ///< a point agrees within this of the other surface, along its normal
+    double free_mm = 3;      ///< and contradicts this far in front of what the other saw
+    std::size_t stride = 1;  ///< every so manieth point is looked at
+};
+
+/// Counts, both ways: points that agree with the other surface (distance, and normals within 30
+/// degrees), and points that do not and lie in front of what the other saw.
 PairCheck check_pair(const CheckedScan& source, const CheckedScan& target,
-                     const Rigid3& target_from_source, double detail_mm, double free_mm);
+                     const Rigid3& target_from_source, const PairTolerance& tolerance);
 
 }  // namespace stria

@@ -19,7 +19,7 @@ using Eigen::Vector3d;
 constexpr std::size_t kMaxKeys = 1500;        ///< points of each scan that are compared
 constexpr std::size_t kMaxCandidates = 2000;  ///< correspondences
 constexpr int kNearest = 3;
-constexpr std::size_t kSeeds = 60;
+constexpr std::size_t kSeeds = 200;
 constexpr std::size_t kMembers = 40;  ///< of a consistent set
 constexpr double kMaxAngle = 0.35;    ///< rad, between angles of normals (20 deg)
 
@@ -27,15 +27,6 @@ struct Candidate {
     std::uint32_t source, target;
     float distance;
 };
-
-/// Evenly spread points away from the border; all if they are few.
-std::vector<std::uint32_t> keys_of(const ScanSurface& surface) {
-    const std::size_t count = std::min(kMaxKeys, surface.samples.size());
-    std::vector<std::uint32_t> keys;
-    for (std::size_t i = 0; i < count; ++i)
-        keys.push_back(surface.samples[i * surface.samples.size() / count]);
-    return keys;
-}
 
 MatrixXf columns(const MatrixXf& features, const std::vector<std::uint32_t>& keys) {
     MatrixXf chosen(features.rows(), static_cast<Eigen::Index>(keys.size()));
@@ -69,12 +60,9 @@ std::vector<std::array<std::int32_t, kNearest>> smallest_rows(const MatrixXf& di
 }
 
 /// Pairs of points each among the other's few most alike.
-std::vector<Candidate> mutual_candidates(const std::vector<std::uint32_t>& source_keys,
-                                         const MatrixXf& source_features,
-                                         const std::vector<std::uint32_t>& target_keys,
-                                         const MatrixXf& target_features) {
-    const MatrixXf a = columns(source_features, source_keys);
-    const MatrixXf b = columns(target_features, target_keys);
+std::vector<Candidate> mutual_candidates(const ShapeKeys& source, const ShapeKeys& target) {
+    const MatrixXf a = columns(source.features, source.points);
+    const MatrixXf b = columns(target.features, target.points);
     MatrixXf distance2 = -2.0F * a.transpose() * b;
     distance2.colwise() += a.colwise().squaredNorm().transpose();
     distance2.rowwise() += b.colwise().squaredNorm();
@@ -87,7 +75,7 @@ std::vector<Candidate> mutual_candidates(const std::vector<std::uint32_t>& sourc
             const auto& back = of_target[static_cast<std::size_t>(j)];
             if (std::find(back.begin(), back.end(), static_cast<std::int32_t>(i)) == back.end())
                 continue;
-            candidates.push_back({source_keys[i], target_keys[static_cast<std::size_t>(j)],
+            candidates.push_back({source.points[i], target.points[static_cast<std::size_t>(j)],
                                   distance2(static_cast<Eigen::Index>(i), j)});
         }
     std::stable_sort(candidates.begin(), candidates.end(),
@@ -158,7 +146,8 @@ class PoseFinder {
     std::vector<PoseHypothesis> find(int max_count) const;
 
   private:
-    std::vector<std::size_t> seeds() const;
+    std::vector<std::size_t> by_standing() const;
+    std::vector<std::size_t> partners_of(std::size_t seed) const;
     Rigid3 fit(const std::vector<std::size_t>& members) const;
     std::vector<std::size_t> agreeing(const Rigid3& pose) const;
 
@@ -169,8 +158,9 @@ class PoseFinder {
     BitMatrix compatible_;
 };
 
-/// Candidates with the most compatible partners, weighed by what the partners share with them.
-std::vector<std::size_t> PoseFinder::seeds() const {
+/// All candidates, those first that have the most compatible partners, weighed by what the partners
+/// share with them.
+std::vector<std::size_t> PoseFinder::by_standing() const {
     const std::size_t count = candidates_.size();
     std::vector<double> score(count, 0.0);
     for (std::size_t i = 0; i < count; ++i)
@@ -184,18 +174,7 @@ std::vector<std::size_t> PoseFinder::seeds() const {
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return score[a] > score[b]; });
-    std::vector<std::size_t> chosen;
-    for (const std::size_t i : order) {
-        if (score[i] <= 0 || chosen.size() >= kSeeds) break;
-        const bool crowded = std::any_of(chosen.begin(), chosen.end(), [&](std::size_t k) {
-            return (source_.points[candidates_[i].source] - source_.points[candidates_[k].source])
-                           .norm() < 2 * detail_ &&
-                   (target_.points[candidates_[i].target] - target_.points[candidates_[k].target])
-                           .norm() < 2 * detail_;
-        });
-        if (!crowded) chosen.push_back(i);
-    }
-    return chosen;
+    return order;
 }
 
 Rigid3 PoseFinder::fit(const std::vector<std::size_t>& members) const {
@@ -223,18 +202,28 @@ std::vector<std::size_t> PoseFinder::agreeing(const Rigid3& pose) const {
     return members;
 }
 
+/// The seed and the partners that share most with it.
+std::vector<std::size_t> PoseFinder::partners_of(std::size_t seed) const {
+    std::vector<std::pair<int, std::size_t>> partners;
+    for (std::size_t j = 0; j < candidates_.size(); ++j)
+        if (compatible_.get(seed, j)) partners.emplace_back(-compatible_.shared(seed, j), j);
+    std::sort(partners.begin(), partners.end());
+    std::vector<std::size_t> members = {seed};
+    for (const auto& [negative, j] : partners) {
+        if (members.size() >= kMembers) break;
+        members.push_back(j);
+    }
+    return members;
+}
+
 std::vector<PoseHypothesis> PoseFinder::find(int max_count) const {
     std::vector<PoseHypothesis> found;
-    for (const std::size_t seed : seeds()) {
-        std::vector<std::pair<int, std::size_t>> partners;
-        for (std::size_t j = 0; j < candidates_.size(); ++j)
-            if (compatible_.get(seed, j)) partners.emplace_back(-compatible_.shared(seed, j), j);
-        std::sort(partners.begin(), partners.end());
-        std::vector<std::size_t> members = {seed};
-        for (const auto& [negative, j] : partners) {
-            if (members.size() >= kMembers) break;
-            members.push_back(j);
-        }
+    std::vector<std::uint8_t> spent(candidates_.size(), 0);  // has led to a pose already
+    std::size_t tried = 0;
+    for (const std::size_t seed : by_standing()) {
+        if (spent[seed]) continue;
+        if (++tried > kSeeds) break;
+        std::vector<std::size_t> members = partners_of(seed);
         if (members.size() < 3) continue;
         Rigid3 pose = fit(members);
         for (int round = 0; round < 3; ++round) {
@@ -242,7 +231,9 @@ std::vector<PoseHypothesis> PoseFinder::find(int max_count) const {
             if (members.size() < 3) break;
             pose = fit(members);
         }
-        if (members.size() >= 3) found.push_back({pose, static_cast<int>(members.size())});
+        if (members.size() < 3) continue;
+        for (const std::size_t i : members) spent[i] = 1;
+        found.push_back({pose, static_cast<int>(members.size())});
     }
     std::stable_sort(found.begin(), found.end(),
                      [](const auto& a, const auto& b) { return a.support > b.support; });
@@ -264,15 +255,11 @@ std::vector<PoseHypothesis> PoseFinder::find(int max_count) const {
 
 }  // namespace
 
-std::vector<PoseHypothesis> pose_hypotheses(const ScanSurface& source,
-                                            const MatrixXf& source_features,
-                                            const ScanSurface& target,
-                                            const MatrixXf& target_features, double detail_mm,
-                                            int max_count) {
-    const std::vector<Candidate> candidates =
-        mutual_candidates(keys_of(source), source_features, keys_of(target), target_features);
+std::vector<PoseHypothesis> pose_hypotheses(const ShapeKeys& source, const ShapeKeys& target,
+                                            double detail_mm, int max_count) {
+    const std::vector<Candidate> candidates = mutual_candidates(source, target);
     if (candidates.size() < 3) return {};
-    return PoseFinder(source, target, candidates, detail_mm).find(max_count);
+    return PoseFinder(source.surface, target.surface, candidates, detail_mm).find(max_count);
 }
 
 }  // namespace stria

@@ -107,6 +107,14 @@ double sigma_along(const RangePoint& point, const Vector3d& normal) {
     return std::sqrt(along * along + across2);
 }
 
+bool touches_rim(const RangeImage& image) {
+    for (int x = 0; x < image.width; ++x)
+        if (image.has(x, 0) || image.has(x, image.height - 1)) return true;
+    for (int y = 0; y < image.height; ++y)
+        if (image.has(0, y) || image.has(image.width - 1, y)) return true;
+    return false;
+}
+
 void fill_bounds(ScanSurface& surface) {
     if (surface.points.empty()) return;
     surface.low = surface.high = surface.points.front();
@@ -123,6 +131,7 @@ ScanSurface prepare_finite(const RangeImage& image, const ScanSurfaceOptions& op
     ScanSurface surface;
     surface.pitch_mm = median_pitch_mm(image);
     surface.stations = image.stations;
+    surface.is_whole = !touches_rim(image);
     if (!(surface.pitch_mm > 0)) return surface;
     const double max_edge = options.max_edge_mm > 0 ? options.max_edge_mm : 4 * surface.pitch_mm;
     const Triangles triangles = range_triangles(image, {.max_edge_mm = max_edge});

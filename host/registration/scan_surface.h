@@ -30,6 +30,8 @@ struct ScanSurface {
     double pitch_mm = 0;                     ///< median
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< mean of the points
     Eigen::Vector3d low = Eigen::Vector3d::Zero(), high = Eigen::Vector3d::Zero();  ///< bounds
+    bool is_whole =
+        false;  ///< no point lies on the rim of the grid: nothing of the part is cut off
     std::vector<Station> stations;  ///< as the range image's
     PointTree tree{{}};             ///< of `points`
     OccupancyGrid occupancy;        ///< of `points`

@@ -97,6 +97,7 @@ ScanSurface thinned(const ScanSurface& surface, double detail_mm) {
     ScanSurface thin;
     thin.pitch_mm = detail_mm;
     thin.stations = surface.stations;
+    thin.is_whole = surface.is_whole;
     thin.low = surface.low;
     thin.high = surface.high;
     for (std::size_t begin = 0; begin < order.size();) {
@@ -132,6 +133,51 @@ MatrixXf shape_features(const ScanSurface& surface, double small_radius_mm,
     features.topRows(kSize) = features_at(surface, small_radius_mm);
     features.bottomRows(kSize) = features_at(surface, large_radius_mm);
     return features;
+}
+
+std::vector<std::vector<std::uint32_t>> distinctive_points(
+    const std::vector<const ScanSurface*>& surfaces, const std::vector<MatrixXf>& features,
+    std::size_t count) {
+    // A sample of what is common: the same number of points of every surface.
+    constexpr Eigen::Index kSample = 1200;
+    constexpr std::ptrdiff_t kRank = 24;  // 2 %: what is rarer than that is distinctive
+    const auto scans = static_cast<Eigen::Index>(surfaces.size());
+    const Eigen::Index share =
+        std::max<Eigen::Index>(1, kSample / std::max<Eigen::Index>(1, scans));
+    MatrixXf sample(2 * kSize, share * scans);
+    Eigen::Index filled = 0;
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        const auto& from = surfaces[s]->samples;
+        for (Eigen::Index k = 0; k < share && !from.empty(); ++k) {
+            const auto at =
+                static_cast<std::size_t>(k) * from.size() / static_cast<std::size_t>(share);
+            sample.col(filled++) = features[s].col(from[at]);
+        }
+    }
+    std::vector<std::vector<std::uint32_t>> chosen(surfaces.size());
+    if (filled <= kRank) return chosen;
+    const MatrixXf common = sample.leftCols(filled);
+    const Eigen::VectorXf squares = common.colwise().squaredNorm().transpose();
+    parallel_for_blocks(surfaces.size(), 1, [&](std::size_t s, std::size_t) {
+        const auto& from = surfaces[s]->samples;
+        std::vector<std::pair<float, std::uint32_t>> rarity;
+        for (const std::uint32_t point : from) {
+            Eigen::VectorXf distance =
+                squares - 2.0F * (common.transpose() * features[s].col(point));
+            std::nth_element(distance.data(), distance.data() + kRank,
+                             distance.data() + distance.size());
+            rarity.emplace_back(-(distance[kRank] + features[s].col(point).squaredNorm()), point);
+        }
+        std::sort(rarity.begin(), rarity.end());
+        std::vector<std::uint32_t>& points = chosen[s];
+        for (std::size_t k = 0; k < std::min(rarity.size(), 2 * count / 3); ++k)
+            points.push_back(rarity[k].second);
+        const std::size_t even = std::min(from.size(), count - 2 * count / 3);
+        for (std::size_t k = 0; k < even; ++k) points.push_back(from[k * from.size() / even]);
+        std::sort(points.begin(), points.end());
+        points.erase(std::unique(points.begin(), points.end()), points.end());
+    });
+    return chosen;
 }
 
 }  // namespace stria

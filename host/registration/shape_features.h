@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "host/registration/scan_surface.h"
@@ -16,5 +17,12 @@ ScanSurface thinned(const ScanSurface& surface, double detail_mm);
 /// sum 1. Invariant to rigid motion.
 Eigen::MatrixXf shape_features(const ScanSurface& surface, double small_radius_mm,
                                double large_radius_mm);
+
+/// The points of each surface to look for elsewhere, at most `count` a surface, none on the border:
+/// two thirds are those whose features are rarest among all surfaces (corners rather than the
+/// flats and rounds that look alike everywhere), the rest is spread evenly.
+std::vector<std::vector<std::uint32_t>> distinctive_points(
+    const std::vector<const ScanSurface*>& surfaces, const std::vector<Eigen::MatrixXf>& features,
+    std::size_t count);
 
 }  // namespace stria

@@ -68,12 +68,3 @@ function(stria_fuzz name)
         set_property(GLOBAL APPEND PROPERTY STRIA_LIBFUZZER_TARGETS ${name}_libfuzzer)
     endif()
 endfunction()
-
-# A program of Google Benchmark, run by tools/measure bench; only with STRIA_BENCH.
-function(stria_benchmark name)
-    cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
-    add_executable(${name} ${ARG_SOURCES})
-    target_link_libraries(${name} PRIVATE ${ARG_LIBS} stria_warnings benchmark::benchmark_main)
-    set_target_properties(${name} PROPERTIES
-                          RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/benchmarks)
-endfunction()

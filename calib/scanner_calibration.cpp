@@ -285,8 +285,12 @@ void Calibrator::solve_jointly() {
     // the data hardly see, what it still gains counts: below 0.01 of half the chi-square no
     // parameter moves by more than 0.15 of its standard deviation.
     constexpr double kNegligibleGain = 0.01;
-    result_.converged = summary.termination_type == ceres::CONVERGENCE ||
-                        summary.initial_cost - summary.final_cost < kNegligibleGain;
+    const auto is_done = [&] {
+        return summary.termination_type == ceres::CONVERGENCE ||
+               summary.initial_cost - summary.final_cost < kNegligibleGain;
+    };
+    for (int round = 0; round < 10 && !is_done(); ++round) summary = problem_.solve(stage);
+    result_.converged = is_done();
 }
 
 void Calibrator::summarise_views() {

@@ -1,5 +1,7 @@
 #include "calib/scanner_problem.h"
 
+#include <ceres/normal_prior.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numeric>
@@ -136,9 +138,28 @@ void ScannerProblem::hold(ceres::Problem& problem, const Stage& stage) {
     hold_entries(problem, axis_.data(), axis_size(base_.axis.kind), stage.axis_free);
 }
 
+/// Turning m0 about the mirror's axis can be undone, nearly without a trace, by turning the
+/// incoming sheet the other way; a solver creeps along that curved valley for hundreds of steps.
+/// This holds the turn to about 1e-3 rad a solve. Each solve starts anew from the present estimate,
+/// so it slows that direction and favours no value; the covariance leaves it out.
+void ScannerProblem::damp_mirror_turn(ceres::Problem& problem) {
+    if (base_.axis.kind != MachineKind::swept || !problem.HasParameterBlock(axis_.data())) return;
+    constexpr double kTurnRad = 1e-3;
+    constexpr int kNormalA = 4, kNormalB = 5;  // of the axis block, as in parameter_names()
+    Eigen::Vector3d a, b;
+    tangent_basis(base_.axis.mirror.normal0, a, b);
+    constexpr int kAxis = axis_size(MachineKind::swept);
+    Eigen::MatrixXd turn = Eigen::MatrixXd::Zero(1, kAxis);
+    turn(0, kNormalA) = a.dot(base_.axis.mirror.direction) / kTurnRad;
+    turn(0, kNormalB) = b.dot(base_.axis.mirror.direction) / kTurnRad;
+    problem.AddResidualBlock(new ceres::NormalPrior(turn, Eigen::VectorXd::Zero(kAxis)), nullptr,
+                             axis_.data());
+}
+
 ceres::Solver::Summary ScannerProblem::solve(const Stage& stage) {
     ceres::Problem problem;
     build(problem, stage);
+    damp_mirror_turn(problem);
     ceres::Solver::Options options;
     options.linear_solver_type = stage.camera ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
     if (!stage.camera) options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;

@@ -75,6 +75,7 @@ class ScannerProblem {
     void add_prior(ceres::Problem& problem);
     void build(ceres::Problem& problem, const Stage& stage);
     void hold(ceres::Problem& problem, const Stage& stage);
+    void damp_mirror_turn(ceres::Problem& problem);
     void rebase();
 
     std::vector<Eigen::Vector3d> points_;

@@ -6,7 +6,7 @@
 export CTEST_OUTPUT_ON_FAILURE=1
 export UBSAN_OPTIONS=print_stacktrace=1
 export LSAN_OPTIONS=suppressions=$PWD/tools/lsan.supp,print_suppressions=0
-export TSAN_OPTIONS=second_deadlock_stack=1
+export TSAN_OPTIONS=second_deadlock_stack=1:suppressions=$PWD/tools/tsan.supp:print_suppressions=0
 
 # The folders whose tests run under the thread sanitizer: those that start threads.
 threaded=(firmware/transport firmware/session host/link host/local host/geometry)

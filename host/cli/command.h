@@ -36,8 +36,7 @@ struct Context {
     bool force = false;  ///< overwrite outputs that exist
     int threads = 0;
     unsigned seed = 1;
-    std::string unit;     ///< empty: not given; mm
-    std::string program;  ///< path of this program, to start a sibling
+    std::string unit;  ///< empty: not given; mm
 
     double mm_per_unit() const;  ///< of --unit, 1 when not given
     /// A line for people: stdout, or stderr with --json; nothing with --quiet.

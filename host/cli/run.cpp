@@ -114,7 +114,6 @@ int run_program(int argc, const char* const* argv) {
     app.fallthrough(false);
 
     Context context;
-    context.program = argc > 0 ? argv[0] : "stria";
     auto verbs = all_verbs();
     std::map<const CLI::App*, Verb*> verb_of;
     for (auto& verb : verbs) {

@@ -47,6 +47,8 @@ class DemoVerb final : public Verb {
 
   private:
     static void say(const Context& context, const DemoResult& r) {
+        for (const std::string& warning : r.calibration_warnings)
+            context.say("calibration: " + warning);
         context.say(line("calibration: %.3f px rms, points %.4f mm rms from the true scanner's",
                          r.calibration_rms_px, r.calibration_point_rms_mm));
         context.say(line("points: predicted sigma %.4f mm (median), actual / predicted %.3f",

@@ -70,7 +70,6 @@ ScannerModel calibrate(const std::vector<std::string>& recordings, const DemoSet
         throw Error("the calibration did not converge; see its warnings: " +
                     (calibration.warnings.empty() ? "none" : calibration.warnings.front()));
     result.calibration_rms_px = calibration.rms_px;
-    result.board_views_used = calibration.views_used;
     result.calibration_warnings = calibration.warnings;
     return calibration.model;
 }

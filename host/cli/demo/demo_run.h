@@ -26,7 +26,6 @@ struct DemoConvergence {
 struct DemoResult {
     StageClock clock;
     double calibration_rms_px = 0;
-    int board_views_used = 0;
     double calibration_point_rms_mm = 0;  ///< calibrated against true model over the volume
     double calibration_diagonal_mm = 0;   ///< of that volume
     std::vector<std::string> calibration_warnings;
@@ -44,8 +43,6 @@ struct DemoResult {
     double voxel_mm = 0;
     MeshTruth truth;
     ErrorFigures filled;  ///< the filled parts of filled_mesh
-    double frames_per_second = 0;
-    std::size_t frames = 0;
 };
 
 /// The main job on the simulator, from nothing to a measured mesh: makes the scenes, calibrates on

@@ -17,6 +17,9 @@ constexpr double kLooseDecrease = 1e-2;
 // Or the last move of the position, in widths: of a clipped pulse height and width are hardly known
 // apart and keep drifting, while the position stands.
 constexpr double kLooseMove = 1e-3;
+// Equal Gaussians nearer than so many widths have one maximum together: a light that a tilted
+// surface broadened looks the same.
+constexpr double kTwoMaxima = 2.0;
 
 /// Weight (minus the second derivative of the log likelihood by the model value) and slope (first
 /// derivative) of a saturated sample: log Q(z), z = (level - model) / s.
@@ -375,12 +378,11 @@ GaussianFit fit_one_gaussian(const FitSamples& samples, const SensorNoise& noise
 }
 
 GaussianFit fit_two_gaussians(const FitSamples& samples, const SensorNoise& noise,
-                              double full_scale, const GaussianFit& first, double second_position,
-                              double second_amplitude, const FitStart& limits) {
+                              double full_scale, const GaussianFit& from, const FitStart& limits) {
     if (samples.count <= Fitter<2>::kSize) return {};
     Fitter<2> fitter(samples, noise, full_scale, limits);
-    GaussianFit fit = fitter.run({first.amplitude[0], first.position[0], second_amplitude,
-                                  second_position, std::log(first.width), first.background});
+    GaussianFit fit = fitter.run({from.amplitude[0], from.position[0], from.amplitude[1],
+                                  from.position[1], std::log(from.width), from.background});
     if (fit.amplitude[1] > fit.amplitude[0]) {
         std::swap(fit.amplitude[0], fit.amplitude[1]);
         std::swap(fit.position[0], fit.position[1]);
@@ -388,6 +390,29 @@ GaussianFit fit_two_gaussians(const FitSamples& samples, const SensorNoise& nois
     }
     return fit;
 }
+
+namespace {
+
+/// Started at the single pulse and what it leaves over: a strong pulse and a weak one. Where that
+/// does not explain the samples, also at its two flanks: two alike, whose single fit is a wide one
+/// in the middle.
+GaussianFit best_two(const FitSamples& samples, const SensorNoise& noise, double full_scale,
+                     const GaussianFit& one, const Residual& residual, const FitStart& limits) {
+    GaussianFit from = one;
+    from.position[1] = residual.position;
+    from.amplitude[1] = residual.amplitude;
+    const GaussianFit unequal = fit_two_gaussians(samples, noise, full_scale, from, limits);
+    if (unequal.converged && !significant_misfit(unequal)) return unequal;
+
+    from.width = 0.6 * one.width;
+    from.position = {one.position[0] - 0.8 * one.width, one.position[0] + 0.8 * one.width};
+    from.amplitude = {one.amplitude[0], one.amplitude[0]};
+    const GaussianFit alike = fit_two_gaussians(samples, noise, full_scale, from, limits);
+    if (!unequal.converged) return alike;
+    return alike.converged && alike.deviance < unequal.deviance ? alike : unequal;
+}
+
+}  // namespace
 
 GaussianFit fit_pulses(const FitSamples& samples, const SensorNoise& noise, double full_scale,
                        const FitStart& start, double min_amplitude) {
@@ -397,8 +422,7 @@ GaussianFit fit_pulses(const FitSamples& samples, const SensorNoise& noise, doub
     const Residual residual = greatest_residual(samples, one);
     if (residual.amplitude < 0.5 * min_amplitude) return one;
 
-    const GaussianFit two = fit_two_gaussians(samples, noise, full_scale, one, residual.position,
-                                              residual.amplitude, start);
+    const GaussianFit two = best_two(samples, noise, full_scale, one, residual, start);
     if (!two.converged || two.width_at_limit || !is_certain(samples, two)) return one;
     const double separation = std::abs(two.position[0] - two.position[1]);
     const double smallest = std::max(min_amplitude, 0.05 * two.amplitude[0]);
@@ -408,7 +432,10 @@ GaussianFit fit_pulses(const FitSamples& samples, const SensorNoise& noise, doub
     if (significant_misfit(two) && !has_valley(samples, two)) return one;
     const double scale = std::max(two.chi_square, 1.0);
     const double penalty = 2.0 * std::log(static_cast<double>(samples.count));  // 2 parameters
-    return (one.deviance - two.deviance) / scale > penalty ? two : one;
+    if ((one.deviance - two.deviance) / scale <= penalty) return one;
+    if (separation >= kTwoMaxima * two.width) return two;
+    one.unresolved = true;
+    return one;
 }
 
 double sampled_amplitude(const GaussianFit& fit, int k, double half_aperture) {

@@ -43,6 +43,7 @@ struct GaussianFit {
     double rms_residual = 0;  ///< DN, unsaturated samples
     bool converged = false;
     bool width_at_limit = false;
+    bool unresolved = false;  ///< one pulse stands for what may be two: see fit_pulses
     int iterations = 0;
 };
 
@@ -53,14 +54,14 @@ struct GaussianFit {
 GaussianFit fit_one_gaussian(const FitSamples& samples, const SensorNoise& noise, double full_scale,
                              const FitStart& start);
 
-/// Two pulses, started at first.position and `second_position`.
+/// Two pulses of a common width, started where `from` has its two; the stronger comes back first.
 GaussianFit fit_two_gaussians(const FitSamples& samples, const SensorNoise& noise,
-                              double full_scale, const GaussianFit& first, double second_position,
-                              double second_amplitude, const FitStart& limits);
+                              double full_scale, const GaussianFit& from, const FitStart& limits);
 
 /// Fits one pulse and, where that leaves a significant misfit, two; returns the two only if the
 /// Bayesian information criterion prefers them (deviances scaled by the better fit's chi-square),
-/// they stand at least one width apart and the weaker has `min_amplitude` DN and 5 % of the other.
+/// they stand at least two widths apart and the weaker has `min_amplitude` DN and 5 % of the other.
+/// Nearer than that, but not than one width, the single pulse comes back marked `unresolved`.
 /// A pulse at the end of the window, or whose sigma exceeds its width and half a sample, or whose
 /// amplitude is below 3 of its sigmas though it is wide and not clipped (a slope of the background)
 /// is none: converged is false then.

@@ -103,7 +103,7 @@ void fit_window(const FrameStore& frames, const PixelWindow& window, const Senso
         pulse.laser_id = first.laser_id;
         pulse.exposure_index = first.exposure_index;
         if (timed.any_saturated) pulse.flags |= kPulseSaturated;
-        if (fit.peaks > 1) pulse.flags |= kPulseOverlapping;
+        if (fit.peaks > 1 || fit.unresolved) pulse.flags |= kPulseOverlapping;
         if (fit.width_at_limit) pulse.flags |= kPulseWidthOutOfRange;
         const bool cut_before = window.begin == 0 && fit.position[k] - 2 * fit.width < samples.x[0];
         const bool cut_after = window.at_sequence_end &&

@@ -218,7 +218,7 @@ void RowPeakFinder::fit(const Candidate& candidate, std::vector<Pulse>& peaks,
         pulse.sigma = static_cast<float>(fit.sigma[k] * sigma_inflation(fit));
         pulse.chi_square = static_cast<float>(fit.chi_square);
         if (any_saturated) pulse.flags |= kPulseSaturated;
-        if (fit.peaks > 1) pulse.flags |= kPulseOverlapping;
+        if (fit.peaks > 1 || fit.unresolved) pulse.flags |= kPulseOverlapping;
         if (fit.width_at_limit) pulse.flags |= kPulseWidthOutOfRange;
         if (fit.position[k] - 2 * fit.width < -0.5 ||
             fit.position[k] + 2 * fit.width > width_ - 0.5)

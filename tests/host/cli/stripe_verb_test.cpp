@@ -1,0 +1,182 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "host/cli/run.h"
+#include "host/io/model_io.h"
+#include "host/io/range_io.h"
+#include "host/io/whole_file.h"
+#include "sim/scene.h"
+#include "tests/firmware/stripe/localisation.h"
+#include "tests/host/io/temporary_folder.h"
+
+/// The verb on the images of `stria simulate --frames`, against the scene's own truth.
+namespace stria {
+namespace {
+
+int stria(const std::vector<std::string>& arguments) {
+    std::vector<const char*> argv = {"stria"};
+    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+    return run_program(static_cast<int>(argv.size()), argv.data());
+}
+
+/// The middle of the built-in scene's camera.
+Scene small_scene() {
+    Scene scene = built_in_scene();
+    CameraModel& camera = scene.channel.camera;
+    camera.width = 320;
+    camera.height = 240;
+    camera.cx -= 240;
+    camera.cy -= 200;
+    return scene;
+}
+
+struct FoundPulse {
+    int u = 0, v = 0;
+    double s = 0, amplitude = 0, width_s = 0, sigma_s = 0;
+    int flags = 0;
+};
+
+std::vector<FoundPulse> read_pulses(const std::string& csv) {
+    std::istringstream in(read_whole_file(csv));
+    std::string line;
+    std::getline(in, line);
+    EXPECT_EQ(line, "u,v,s,amplitude,width_s,sigma_s,flags");
+    std::vector<FoundPulse> pulses;
+    while (std::getline(in, line)) {
+        FoundPulse p;
+        EXPECT_EQ(std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf,%lf,%d", &p.u, &p.v, &p.s,
+                              &p.amplitude, &p.width_s, &p.sigma_s, &p.flags),
+                  7)
+            << line;
+        pulses.push_back(p);
+    }
+    return pulses;
+}
+
+std::vector<std::string> frames_in(const std::string& folder) {
+    std::vector<std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().filename().string().rfind("frame_", 0) == 0)
+            files.push_back(entry.path().string());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+std::vector<double> numbers_in(const std::string& file) {
+    std::istringstream in(read_whole_file(file));
+    std::vector<double> numbers;
+    for (double number = 0; in >> number;) numbers.push_back(number);
+    return numbers;
+}
+
+/// One surface all around: no cell within 3 px is empty or leaves the middle one's tangent plane by
+/// more than the beam's width.
+bool is_interior(const RangeImage& truth, int x, int y) {
+    constexpr int kReach = 3;
+    if (x < kReach || y < kReach || x + kReach >= truth.width || y + kReach >= truth.height)
+        return false;
+    const RangePoint& here = truth.at(x, y);
+    for (int dy = -kReach; dy <= kReach; ++dy)
+        for (int dx = -kReach; dx <= kReach; ++dx) {
+            if (!truth.has(x + dx, y + dy)) return false;
+            const RangePoint& there = truth.at(x + dx, y + dy);
+            if (std::abs(here.normal.cast<double>().dot(there.position - here.position)) > 0.25)
+                return false;
+        }
+    return true;
+}
+
+struct Outcome {
+    test::LocalisationCell cell;
+    std::size_t pulses = 0, flagged = 0, compared = 0;
+};
+
+/// Every unflagged interior pulse against the truth; the bound from the sensor's true noise and the
+/// pulse's own height and width.
+Outcome compare_to_truth(const TemporaryFolder& folder, const Scene& scene) {
+    const RangeImage truth = read_range_image(folder / "sweep/truth.ply");
+    const Channel channel = read_scanner(folder / "sweep/truth_scanner.toml").channels.front();
+    const std::vector<double> times = numbers_in(folder / "sweep/times.txt");
+    const double exposure_frames =
+        scene.sensor.exposure_us / scene.sensor.min_frame_period_us;  // as the plan runs it
+    const double background_dn =
+        scene.sensor.black_dn + 0.5 * scene.ambient_level * 255;  // albedo about a half
+    const SensorNoise noise{scene.sensor.gain_e_per_dn, scene.sensor.read_noise_e,
+                            scene.sensor.black_dn};
+    Outcome outcome;
+    test::LocalisationTally tally;
+    const std::vector<FoundPulse> pulses = read_pulses(folder / "pulses.csv");
+    outcome.pulses = pulses.size();
+    for (const FoundPulse& p : pulses) {
+        if ((p.flags & ~kPulseSaturated) != 0) {
+            ++outcome.flagged;
+            continue;
+        }
+        if (!truth.has(p.u, p.v) || !is_interior(truth, p.u, p.v)) continue;
+        const auto at = triangulate(channel, Eigen::Vector2d(p.u, p.v), p.s);
+        EXPECT_TRUE(at.has_value());
+        if (!at) continue;
+        const Eigen::Vector3d off = at->point_in_scan - truth.at(p.u, p.v).position;
+        const double error_s = off.dot(at->d_point_d_s) / at->d_point_d_s.squaredNorm();
+        // Position in frames, from the one before the pulse.
+        const auto next = std::lower_bound(times.begin(), times.end(), p.s) - times.begin();
+        const std::ptrdiff_t middle = std::clamp<std::ptrdiff_t>(next, 1, std::ssize(times) - 1);
+        const double period_s = times[middle] - times[middle - 1];
+        std::vector<double> x;
+        for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, middle - 12);
+             k < std::min<std::ptrdiff_t>(std::ssize(times), middle + 12); ++k)
+            x.push_back((times[k] - p.s) / period_s);
+        const double bound =
+            test::cramer_rao_bound({p.amplitude, 0, p.width_s / period_s, background_dn}, x,
+                                   0.5 * exposure_frames, noise, 254.5);
+        ++outcome.compared;
+        tally.add(error_s / period_s, p.sigma_s / period_s, bound);
+    }
+    outcome.cell = tally.cell();
+    return outcome;
+}
+
+TEST(Stripe, SimulatedFramesReachTheBoundWithHonestSigma) {
+    const TemporaryFolder folder;
+    const Scene scene = small_scene();
+    write_whole_file(folder / "scene.toml", format_scene(scene));
+    ASSERT_EQ(stria({"simulate", folder / "scene.toml", "--out", folder / "sweep", "--frames",
+                     "--quiet"}),
+              0);
+    for (const std::string noise : {"40,8", ""}) {
+        std::vector<std::string> arguments = {"stripe",
+                                              "--mode",
+                                              "spacetime",
+                                              "--quiet",
+                                              "--force",
+                                              "--out",
+                                              folder / "pulses.csv",
+                                              "--times",
+                                              folder / "sweep/times.txt"};
+        if (!noise.empty()) arguments.insert(arguments.end(), {"--noise", noise});
+        for (const std::string& file : frames_in(folder / "sweep")) arguments.push_back(file);
+        ASSERT_EQ(stria(arguments), 0);
+        const Outcome outcome = compare_to_truth(folder, scene);
+        std::printf(
+            "noise %-6s %zu pulses, %zu flagged, %zu compared: rms / bound %.4f, sigma ratio %.4f, "
+            "bound %.5f "
+            "rms %.5f mean %.5f\n",
+            noise.empty() ? "estimated" : noise.c_str(), outcome.pulses, outcome.flagged,
+            outcome.compared, outcome.cell.ratio(), outcome.cell.sigma_ratio, outcome.cell.bound,
+            outcome.cell.rms, outcome.cell.mean);
+        EXPECT_GT(outcome.compared, 50000U);
+        EXPECT_LT(outcome.flagged, outcome.pulses / 40);
+        EXPECT_LE(outcome.cell.ratio(), 1.1);
+        EXPECT_GE(outcome.cell.sigma_ratio, 0.8);
+        EXPECT_LE(outcome.cell.sigma_ratio, 1.25);
+    }
+}
+
+}  // namespace
+}  // namespace stria

@@ -310,25 +310,38 @@ class Fitter {
     double last_decrease_ = 1e300, last_move_ = 1e300;
 };
 
+/// Sample i over the single pulse, the aperture's blur to second order.
+double residual_at(const FitSamples& samples, const GaussianFit& fit, int i) {
+    const double h = samples.half_aperture, w = fit.width;
+    const double d = samples.x[i] - fit.position[0];
+    const double g = std::exp(-0.5 * d * d / (w * w + h * h / 3.0));
+    const double blur = w / std::sqrt(w * w + h * h / 3.0);
+    return samples.y[i] - fit.background - fit.amplitude[0] * blur * g;
+}
+
 /// Where a second pulse would help most: the greatest residual, smoothed over three samples.
 struct Residual {
     double position = 0, amplitude = 0;
 };
 
 Residual greatest_residual(const FitSamples& samples, const GaussianFit& fit) {
-    const auto residual_at = [&](int i) {
-        const double h = samples.half_aperture, w = fit.width;
-        const double d = samples.x[i] - fit.position[0];
-        const double g = std::exp(-0.5 * d * d / (w * w + h * h / 3.0));
-        const double blur = w / std::sqrt(w * w + h * h / 3.0);
-        return samples.y[i] - fit.background - fit.amplitude[0] * blur * g;
-    };
     Residual best;
     for (int i = 1; i + 1 < samples.count; ++i) {
-        const double r = (residual_at(i - 1) + 2.0 * residual_at(i) + residual_at(i + 1)) / 4.0;
+        const double r = (residual_at(samples, fit, i - 1) + 2.0 * residual_at(samples, fit, i) +
+                          residual_at(samples, fit, i + 1)) /
+                         4.0;
         if (r > best.amplitude) best = {samples.x[i], r};
     }
     return best;
+}
+
+/// True if the samples about the pulse's middle lie below it, as of two alike seen as one.
+bool is_flat_topped(const FitSamples& samples, const GaussianFit& fit) {
+    double sum = 0;
+    for (int i = 0; i < samples.count; ++i)
+        if (std::abs(samples.x[i] - fit.position[0]) < 0.7 * fit.width)
+            sum += residual_at(samples, fit, i);
+    return sum < 0;
 }
 
 bool significant_misfit(const GaussianFit& fit) {
@@ -403,6 +416,7 @@ GaussianFit best_two(const FitSamples& samples, const SensorNoise& noise, double
     from.amplitude[1] = residual.amplitude;
     const GaussianFit unequal = fit_two_gaussians(samples, noise, full_scale, from, limits);
     if (unequal.converged && !significant_misfit(unequal)) return unequal;
+    if (!is_flat_topped(samples, one)) return unequal;
 
     from.width = 0.6 * one.width;
     from.position = {one.position[0] - 0.8 * one.width, one.position[0] + 0.8 * one.width};

@@ -39,8 +39,7 @@ void collect(const std::vector<Compared>& results, std::vector<double>& all,
     }
 }
 
-std::vector<Compared> mesh_against_truth(const TriMesh& mesh, const std::vector<float>* filled,
-                                         const SculptureTruth& truth,
+std::vector<Compared> mesh_against_truth(const TriMesh& mesh, const SculptureTruth& truth,
                                          const std::vector<TrueView>& views,
                                          const Rigid3& object_from_world,
                                          std::vector<float>& vertex_error_mm) {
@@ -51,10 +50,9 @@ std::vector<Compared> mesh_against_truth(const TriMesh& mesh, const std::vector<
             const auto near = truth.nearest(object_from_world * mesh.positions[i]);
             vertex_error_mm[i] = static_cast<float>(near.distance_mm);
             results[i].distance_mm = near.distance_mm;
-            if (filled && (*filled)[i] > 0) continue;
             results[i].counts = truth.is_seen(near.point, near.normal, views);
             results[i].smooth =
-                results[i].counts && !near.relief && truth.crease_distance(near.point) > kSmoothMm;
+                results[i].counts && !near.relief && !truth.is_near_crease(near.point, kSmoothMm);
         }
     });
     return results;
@@ -75,7 +73,7 @@ std::vector<Compared> truth_against_mesh(const TriMesh& mesh, const SculptureTru
             if (!truth.is_seen(sample.point, sample.normal, views)) continue;
             const auto hit = tree.nearest(world_from_object * sample.point);
             if (!hit) continue;
-            results[i] = {true, !sample.relief && truth.crease_distance(sample.point) > kSmoothMm,
+            results[i] = {true, !sample.relief && !truth.is_near_crease(sample.point, kSmoothMm),
                           hit->distance_mm};
         }
     });
@@ -103,36 +101,44 @@ ErrorFigures error_figures(std::vector<double> distances_mm) {
     return figures;
 }
 
-MeshTruth compare_with_truth(const TriMesh& mesh, const SculptureTruth& truth,
+MeshTruth compare_with_truth(const TriMesh& measured, const SculptureTruth& truth,
                              const std::vector<TrueView>& views, const Rigid3& object_from_world,
                              unsigned seed) {
     MeshTruth result;
-    const VertexAttribute* attribute = mesh.find_attribute("filled");
-    const std::vector<float>* filled = attribute ? &attribute->values : nullptr;
-    std::vector<Vector3d> measured;
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
-        if (!filled || (*filled)[i] <= 0) measured.push_back(mesh.positions[i]);
-    result.object_from_world = fit_to_truth(truth, measured, object_from_world);
-
-    const auto there = mesh_against_truth(mesh, filled, truth, views, result.object_from_world,
+    result.object_from_world = fit_to_truth(truth, measured.positions, object_from_world);
+    const auto there = mesh_against_truth(measured, truth, views, result.object_from_world,
                                           result.vertex_error_mm);
     std::size_t taken = 0;
-    const auto back = truth_against_mesh(mesh, truth, views, result.object_from_world, seed, taken);
-    std::vector<double> all, smooth, one, other, fill;
+    const auto back =
+        truth_against_mesh(measured, truth, views, result.object_from_world, seed, taken);
+    std::vector<double> all, smooth, one, other;
     collect(there, all, smooth);
     one = all;
     collect(back, all, smooth);
     other.assign(all.begin() + static_cast<std::ptrdiff_t>(one.size()), all.end());
-    if (filled)
-        for (std::size_t i = 0; i < there.size(); ++i)
-            if ((*filled)[i] > 0) fill.push_back(there[i].distance_mm);
     result.seen_share =
         taken > 0 ? static_cast<double>(other.size()) / static_cast<double>(taken) : 0;
     result.mesh_to_truth = error_figures(std::move(one));
     result.truth_to_mesh = error_figures(std::move(other));
     result.all = error_figures(std::move(all));
     result.smooth = error_figures(std::move(smooth));
-    result.filled = error_figures(std::move(fill));
+    return result;
+}
+
+FilledTruth compare_filled_with_truth(const TriMesh& filled, const SculptureTruth& truth,
+                                      const Rigid3& object_from_world) {
+    FilledTruth result;
+    result.vertex_error_mm.resize(filled.positions.size());
+    parallel_for_blocks(filled.positions.size(), 1024, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            result.vertex_error_mm[i] = static_cast<float>(
+                truth.nearest(object_from_world * filled.positions[i]).distance_mm);
+    });
+    std::vector<double> distances;
+    if (const VertexAttribute* attribute = filled.find_attribute("filled"))
+        for (std::size_t i = 0; i < attribute->values.size(); ++i)
+            if (attribute->values[i] > 0) distances.push_back(result.vertex_error_mm[i]);
+    result.filled = error_figures(std::move(distances));
     return result;
 }
 
@@ -157,7 +163,7 @@ SigmaTruth sigma_against_truth(const RangeImage& image, const SculptureTruth& tr
         for (std::size_t k = begin; k < end; ++k) {
             const RangePoint& point = image.points[cells[k]];
             const Vector3d at = motion * point.position;
-            if (truth.crease_distance(at) < crease_mm) continue;
+            if (truth.is_near_crease(at, crease_mm)) continue;
             const Vector3d direction = motion.rotation * point.error_direction.cast<double>();
             const auto e = truth.error_along(at, direction, 2.0);
             const double sigma = std::hypot(point.sigma_mm, point.sigma_systematic_mm);

@@ -22,17 +22,24 @@ struct MeshTruth {
     ErrorFigures all;     ///< both directions pooled
     ErrorFigures mesh_to_truth;
     ErrorFigures truth_to_mesh;
-    ErrorFigures filled;                 ///< filled parts of the mesh, kept apart
     double seen_share = 0;               ///< of the truth's samples: seen at under 70 deg
     std::vector<float> vertex_error_mm;  ///< of every vertex: unsigned distance to the truth
 };
 
-/// Compares as the report says: vertices that were measured (attribute "filled" 0) whose nearest
-/// true point was seen under 70 deg, and 100 000 seen samples of the truth to the measured mesh.
+/// Compares as the report says: vertices of the mesh without filled parts whose nearest true point
+/// was seen under 70 deg, and 100 000 seen samples of the truth to the mesh.
 /// @param object_from_world  where the mesh lies, to some mm
-MeshTruth compare_with_truth(const TriMesh& mesh, const SculptureTruth& truth,
+MeshTruth compare_with_truth(const TriMesh& measured, const SculptureTruth& truth,
                              const std::vector<TrueView>& views, const Rigid3& object_from_world,
                              unsigned seed);
+
+/// Every vertex of a mesh with filled parts (attribute "filled"), and those parts apart.
+struct FilledTruth {
+    ErrorFigures filled;
+    std::vector<float> vertex_error_mm;
+};
+FilledTruth compare_filled_with_truth(const TriMesh& filled, const SculptureTruth& truth,
+                                      const Rigid3& object_from_world);
 
 /// Predicted against actual error of one scan's points.
 struct SigmaTruth {

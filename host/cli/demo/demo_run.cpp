@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <mutex>
 
 #include "calib/scanner_calibration.h"
 #include "host/cli/calibration_views.h"
@@ -43,28 +44,31 @@ struct Folders {
 std::unique_ptr<DeviceClient> open_scene(const std::string& scene, const Context& context) {
     OpenOptions options;
     options.seed = context.seed;
-    options.threads = thread_count();
     return open_device("sim:" + scene, options);
 }
 
-std::vector<std::string> capture(const Context& context, DeviceClient& device, const char* title,
-                                 const ScanPlan& plan, int views, const std::string& folder) {
+std::vector<std::string> capture(const Context& context, const std::string& scene,
+                                 const char* title, const ScanPlan& plan, int views,
+                                 const std::string& folder) {
     std::unique_ptr<Progress> progress;
-    return capture_views(device, plan, views, folder, [&](std::size_t done, std::size_t total) {
-        if (!progress) progress = std::make_unique<Progress>(context, title, total, "frames");
-        progress->update(done);
-    });
+    return capture_views([&] { return open_scene(scene, context); }, plan, views, folder,
+                         [&](std::size_t done, std::size_t total) {
+                             if (!progress)
+                                 progress =
+                                     std::make_unique<Progress>(context, title, total, "frames");
+                             progress->update(done);
+                         });
 }
 
 ScannerModel calibrate(const std::vector<std::string>& recordings, const DemoSetup& setup,
                        DemoResult& result) {
-    std::vector<CalibrationView> views;
+    std::vector<CalibrationView> views(recordings.size());
     ScannerModel nominal;
-    for (const std::string& path : recordings) {
-        const RecordingContents contents = load_recording(path);
-        nominal = nominal_model_of(contents, path);
-        views.push_back(calibration_view_of(contents, path));
-    }
+    parallel_for_blocks(recordings.size(), 1, [&](std::size_t i, std::size_t) {
+        const RecordingContents contents = load_recording(recordings[i]);
+        if (i == 0) nominal = nominal_model_of(contents, recordings[i]);
+        views[i] = calibration_view_of(contents, recordings[i]);
+    });
     const ScannerCalibration calibration = calibrate_scanner(views, setup.board, nominal);
     if (!calibration.converged)
         throw Error("the calibration did not converge; see its warnings: " +
@@ -106,14 +110,20 @@ void judge_calibration(const ScannerModel& model, const ScannerModel& truth, con
 void make_ranges(const std::vector<std::string>& recordings, const ScannerModel& model,
                  const Context& context, DemoResult& result) {
     Progress progress(context, "range images", recordings.size(), "scans");
-    for (const std::string& path : recordings) {
-        RangeResult range = range_of(load_recording(path), model, path);
-        const auto out = std::filesystem::path(path).parent_path() / "range.ply";
+    std::vector<std::string> lines(recordings.size());
+    result.scans.resize(recordings.size());
+    std::mutex done_mutex;
+    std::size_t done = 0;
+    parallel_for_blocks(recordings.size(), 1, [&](std::size_t i, std::size_t) {
+        RangeResult range = range_of(load_recording(recordings[i]), model, recordings[i]);
+        const auto out = std::filesystem::path(recordings[i]).parent_path() / "range.ply";
         write_range_image(out.string(), range.image);
-        context.say(out.string() + ": " + describe(range.statistics));
-        result.scans.push_back(std::move(range.image));
-        progress.update(result.scans.size());
-    }
+        lines[i] = out.string() + ": " + describe(range.statistics);
+        result.scans[i] = std::move(range.image);
+        const std::lock_guard lock(done_mutex);
+        progress.update(++done);
+    });
+    for (const std::string& line : lines) context.say(line);
 }
 
 /// Poses from the scans' shapes alone: nobody says where the object lay.
@@ -238,8 +248,8 @@ void compare(const Truth& truth, const Context& context, DemoResult& result) {
                                       object_from_world, context.seed);
     progress.update(++done);
     result.open_mesh.attributes.push_back({"error", 1, result.truth.vertex_error_mm});
-    MeshTruth filled = compare_with_truth(result.filled_mesh, truth.sculpture, truth.views,
-                                          result.truth.object_from_world, context.seed);
+    FilledTruth filled = compare_filled_with_truth(result.filled_mesh, truth.sculpture,
+                                                   result.truth.object_from_world);
     result.filled = filled.filled;
     result.filled_mesh.attributes.push_back({"error", 1, std::move(filled.vertex_error_mm)});
 }
@@ -256,19 +266,17 @@ DemoResult run_demo(const Context& context, const DemoOptions& options) {
     write_demo_scenes(setup, folders.scenes, context.seed, options.quick);
 
     clock.begin("board sweeps");
-    auto device = open_scene(folders.scenes + "/board.toml", context);
-    const auto boards = capture(context, *device, "sweeping over the board", setup.board_plan,
-                                setup.board_views, folders.boards);
+    const auto boards = capture(context, folders.scenes + "/board.toml", "sweeping over the board",
+                                setup.board_plan, setup.board_views, folders.boards);
     clock.begin("calibration");
     const ScannerModel model = calibrate(boards, setup, result);
     write_scanner(folders.part + "/scanner.toml", model);
 
     clock.begin("object sweeps");
-    device = open_scene(folders.scenes + "/object.toml", context);
-    const auto scans = capture(context, *device, "scanning the object", setup.object_plan,
+    const std::string object = folders.scenes + "/object.toml";
+    const auto scans = capture(context, object, "scanning the object", setup.object_plan,
                                setup.object_views, folders.part + "/scans");
-    result.stripe_frames = sample_stripe_frames(*device, setup.object_plan, 3);
-    device.reset();
+    result.stripe_frames = sample_stripe_frames(*open_scene(object, context), setup.object_plan, 3);
 
     clock.begin("range images");
     make_ranges(scans, model, context, result);

@@ -91,22 +91,13 @@ std::optional<double> SculptureTruth::error_along(const Vector3d& point, const V
     return best;
 }
 
-double SculptureTruth::crease_distance(const Vector3d& point) const {
-    constexpr double kCapMm = 10;
-    double distance = kCapMm;
-    if (const auto hit = trees_->sharp->nearest(point, kCapMm)) distance = hit->distance_mm;
+bool SculptureTruth::is_near_crease(const Vector3d& point, double distance_mm) const {
+    if (trees_->sharp->nearest(point, distance_mm)) return true;
     // Lines where parts meet: near two parts' surfaces at once.
-    double first = kCapMm, second = kCapMm;
+    int near = 0;
     for (const SurfaceTree& part : trees_->parts)
-        if (const auto hit = part.nearest(point, second)) {
-            if (hit->distance_mm < first) {
-                second = first;
-                first = hit->distance_mm;
-            } else {
-                second = hit->distance_mm;
-            }
-        }
-    return std::min(distance, second);
+        if (part.nearest(point, distance_mm) && ++near == 2) return true;
+    return false;
 }
 
 bool SculptureTruth::is_seen(const Vector3d& point, const Vector3d& normal,

@@ -38,8 +38,8 @@ class SculptureTruth {
     /// is no surface within reach_mm.
     std::optional<double> error_along(const Eigen::Vector3d& point,
                                       const Eigen::Vector3d& direction, double reach_mm) const;
-    /// Distance (mm, capped at 10) to the nearest sharp edge or line where two parts meet.
-    double crease_distance(const Eigen::Vector3d& point) const;
+    /// True within that distance of a sharp edge or of a line where two parts meet.
+    bool is_near_crease(const Eigen::Vector3d& point, double distance_mm) const;
     /// True if some view sees the point, by camera and laser, flatter than 70 deg by neither.
     bool is_seen(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
                  const std::vector<TrueView>& views) const;

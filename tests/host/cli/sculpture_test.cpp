@@ -61,10 +61,13 @@ TEST(SculptureTruth, ErrorAlongIsPositiveInItsDirection) {
 TEST(SculptureTruth, CreasesAreEdgesAndMeetingLines) {
     // On the wall's face, 5 mm from its outer edge; the face is x along the wall, y up.
     const Rigid3 wall = {rotation_from_vector({0, -0.4, 0}), Vector3d(50, 12, 4)};
-    EXPECT_NEAR(truth().crease_distance(wall * Vector3d(15, 0, 1)), 5.0, 0.15);  // mm: edge points
-    EXPECT_NEAR(truth().crease_distance(wall * Vector3d(19.5, 0, 1)), 0.5, 0.15);
+    const Vector3d inside = wall * Vector3d(15, 0, 1), outside = wall * Vector3d(19.5, 0, 1);
+    EXPECT_TRUE(truth().is_near_crease(inside, 5.15));  // mm: the edge is a row of points
+    EXPECT_FALSE(truth().is_near_crease(inside, 4.95));
+    EXPECT_TRUE(truth().is_near_crease(outside, 0.65));
+    EXPECT_FALSE(truth().is_near_crease(outside, 0.45));
     const Vector3d ball_far_side = Vector3d(-46, -32, 8) + 19 * Vector3d(-1, 0, 0);
-    EXPECT_GT(truth().crease_distance(ball_far_side), 5);
+    EXPECT_FALSE(truth().is_near_crease(ball_far_side, 5));
 }
 
 TEST(SculptureTruth, SeesTheFrontOnly) {

@@ -11,8 +11,9 @@ export TSAN_OPTIONS=second_deadlock_stack=1:suppressions=$PWD/tools/tsan.supp:pr
 # The folders whose tests run under the thread sanitizer: those that start threads.
 threaded=(firmware/transport firmware/session host/link host/local host/geometry)
 
-# Thousands of trials against a bound: another instrument or CPU adds minutes to them, not knowledge.
-statistics='(Spatial|Temporal)Bound'
+# Thousands of trials against a bound, or the whole way from frames to a mesh, whose parts have tests
+# of their own: another instrument or CPU adds minutes to them, not knowledge.
+minutes_of_numbers='(Spatial|Temporal)Bound|WithoutSim|SimulatedFramesReachTheBound'
 
 sources() { find firmware host calib sim tests -name '*.h' -o -name '*.cpp'; }
 
@@ -42,7 +43,7 @@ step_demo() {
 
 step_arm64() {
     tools/arm64_sysroot && cmake --preset arm64 -DSTRIA_WERROR=ON &&
-        cmake --build build/arm64 -j "$(build_jobs)" && run_tests build/arm64 arm64 long -E "$statistics"
+        cmake --build build/arm64 -j "$(build_jobs)" && run_tests build/arm64 arm64 long -E "$minutes_of_numbers"
 }
 
 step_tsan() {
@@ -57,7 +58,7 @@ step_tsan() {
 
 step_asan() {
     cmake --preset asan && cmake --build build/asan -j "$(build_jobs)" &&
-        run_tests build/asan asan 'long|fuzz' -E "$statistics"
+        run_tests build/asan asan 'long|fuzz' -E "$minutes_of_numbers"
 }
 
 step_fuzz() { run_tests build/asan fuzz long -L fuzz; }

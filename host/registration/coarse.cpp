@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "host/geometry/parallel.h"
@@ -16,6 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 constexpr int kHypotheses = 100;     ///< poses of a pair that get a quick look
+constexpr int kSecondChance = 6;     ///< times as many are tried where scans stay apart
 constexpr std::size_t kKeys = 1500;  ///< points of a scan that are compared
 
 /// Of the registration of thinned scans: wide enough for a rough pose, quick, and no finer than the
@@ -42,6 +44,8 @@ class Assembly {
     /// True if the pair joined two groups.
     bool join(const CoarsePair& pair);
     std::vector<std::size_t> largest_group() const;
+    /// Pairs of scans that are not in one group.
+    std::vector<std::pair<std::size_t, std::size_t>> pairs_apart() const;
     const Rigid3& pose(std::size_t scan) const { return pose_[scan]; }
 
   private:
@@ -75,6 +79,9 @@ bool Assembly::is_contradicted(const std::vector<std::size_t>& staying,
                                                {0.5 * detail_, free_mm, 1});
             if (check.contradiction > share * options_.max_contradiction ||
                 check.missing > share * options_.max_missing)
+                return true;
+            if (share <= 1 && check.overlap > options_.min_overlap &&
+                check.looseness > options_.max_looseness)
                 return true;
         }
     return false;
@@ -126,6 +133,14 @@ std::vector<std::size_t> Assembly::largest_group() const {
     return best;
 }
 
+std::vector<std::pair<std::size_t, std::size_t>> Assembly::pairs_apart() const {
+    std::vector<std::pair<std::size_t, std::size_t>> pairs;
+    for (std::size_t i = 0; i < group_.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (group_[i] != group_[j]) pairs.emplace_back(i, j);
+    return pairs;
+}
+
 double detail_of(const std::vector<ScanSurface>& surfaces, const CoarseOptions& options) {
     if (options.detail_mm > 0) return options.detail_mm;
     std::vector<double> extents;
@@ -142,10 +157,10 @@ double detail_of(const std::vector<ScanSurface>& surfaces, const CoarseOptions& 
 }
 
 /// Of the many poses that some shapes suggest, those under which the scans look most like one part:
-/// a quick look at some hundred points, with room for the poses being rough.
+/// a quick look at some hundred points, with room for the poses being rough. Ranks first to last.
 std::vector<Rigid3> most_plausible(const CheckedScan& from, const CheckedScan& to,
                                    const std::vector<PoseHypothesis>& hypotheses, double detail,
-                                   int count) {
+                                   std::size_t first, std::size_t last) {
     constexpr std::size_t kLooks = 400;
     const std::size_t smaller = std::min(from.thin.points.size(), to.thin.points.size());
     const PairTolerance rough = {2 * detail, 4 * detail,
@@ -157,77 +172,105 @@ std::vector<Rigid3> most_plausible(const CheckedScan& from, const CheckedScan& t
     }
     std::sort(order.begin(), order.end());
     std::vector<Rigid3> poses;
-    for (const auto& [rank, k] : order)
-        if (poses.size() < static_cast<std::size_t>(count))
-            poses.push_back(hypotheses[k].target_from_source);
+    for (std::size_t i = first; i < std::min(last, order.size()); ++i)
+        poses.push_back(hypotheses[order[i].second].target_from_source);
     return poses;
 }
 
-/// Verified poses of one pair of scans, best first.
-std::vector<CoarsePair> poses_of_pair(const std::vector<CheckedScan>& scans,
-                                      const std::vector<ShapeKeys>& keys, std::size_t source,
-                                      std::size_t target, double detail,
-                                      const CoarseOptions& options) {
-    const CheckedScan &from = scans[source], &to = scans[target];
-    std::vector<CoarsePair> verified;
-    const std::vector<PoseHypothesis> hypotheses =
-        pose_hypotheses(keys[source], keys[target], detail, kHypotheses);
-    for (const Rigid3& start :
-         most_plausible(from, to, hypotheses, detail, options.max_hypotheses)) {
-        const PairResult refined = register_pair(from.thin, to.thin, start, thin_options(detail));
-        if (refined.matches == 0) continue;
-        const PairCheck check =
-            check_pair(from, to, refined.target_from_source, {0.5 * detail, 1.5 * detail, 1});
-        if (check.overlap < options.min_overlap ||
-            check.contradiction > options.max_contradiction || check.missing > options.max_missing)
-            continue;
-        const Vector3d centre = refined.target_from_source * from.thin.centre;
-        const bool known =
-            std::any_of(verified.begin(), verified.end(), [&](const CoarsePair& other) {
-                const Rigid3 step = other.target_from_source * refined.target_from_source.inverse();
-                return vector_from_rotation(step.rotation).norm() < 0.02 &&
-                       (step * centre - centre).norm() < detail;
-            });
-        if (known) continue;
-        CoarsePair pair;
-        pair.source = source;
-        pair.target = target;
-        pair.target_from_source = refined.target_from_source;
-        pair.overlap = check.overlap;
-        pair.contradiction = check.contradiction;
-        pair.rms_mm = check.rms_mm;
-        pair.missing = check.missing;
-        pair.score = check.agreeing * (1 - check.contradiction / options.max_contradiction) *
-                     (1 - check.missing / options.max_missing);
-        verified.push_back(pair);
-    }
-    return verified;
-}
+/// Looks for the poses of pairs of scans.
+class PairSearch {
+  public:
+    using Pair = std::pair<std::size_t, std::size_t>;  ///< source, target
 
-std::vector<CoarsePair> all_pairs(const std::vector<CheckedScan>& scans, double detail,
-                                  const CoarseOptions& options) {
-    std::vector<Eigen::MatrixXf> features(scans.size());
+    PairSearch(const std::vector<CheckedScan>& scans, double detail_mm,
+               const CoarseOptions& options);
+
+    /// Verified poses of these pairs, from the plausible ones of rank `first` to before `last`.
+    std::vector<CoarsePair> poses(const std::vector<Pair>& pairs, std::size_t first,
+                                  std::size_t last) const;
+
+  private:
+    std::vector<CoarsePair> poses_of(const Pair& pair, std::size_t first, std::size_t last) const;
+    std::optional<CoarsePair> verified(const Pair& pair, const Rigid3& start) const;
+
+    const std::vector<CheckedScan>& scans_;
+    double detail_;
+    const CoarseOptions& options_;
+    std::vector<Eigen::MatrixXf> features_;
+    std::vector<std::vector<std::uint32_t>> points_;  ///< of each scan that are compared
+    std::vector<ShapeKeys> keys_;                     ///< refer to the two above
+};
+
+PairSearch::PairSearch(const std::vector<CheckedScan>& scans, double detail_mm,
+                       const CoarseOptions& options)
+    : scans_(scans), detail_(detail_mm), options_(options), features_(scans.size()) {
     for (std::size_t i = 0; i < scans.size(); ++i)
-        features[i] = shape_features(scans[i].thin, 5 * detail, 10 * detail);
+        features_[i] = shape_features(scans[i].thin, 5 * detail_, 10 * detail_);
     std::vector<const ScanSurface*> surfaces;
     for (const CheckedScan& scan : scans) surfaces.push_back(&scan.thin);
-    const auto points = distinctive_points(surfaces, features, kKeys);
-    std::vector<ShapeKeys> keys;
+    points_ = distinctive_points(surfaces, features_, kKeys);
     for (std::size_t i = 0; i < scans.size(); ++i)
-        keys.push_back({scans[i].thin, features[i], points[i]});
-    std::vector<std::pair<std::size_t, std::size_t>> tasks;
-    for (std::size_t i = 0; i < scans.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j) tasks.emplace_back(i, j);
-    std::vector<std::vector<CoarsePair>> found(tasks.size());
-    parallel_for_blocks(tasks.size(), 1, [&](std::size_t begin, std::size_t) {
-        found[begin] =
-            poses_of_pair(scans, keys, tasks[begin].first, tasks[begin].second, detail, options);
+        keys_.push_back({scans[i].thin, features_[i], points_[i]});
+}
+
+std::optional<CoarsePair> PairSearch::verified(const Pair& pair, const Rigid3& start) const {
+    const CheckedScan &from = scans_[pair.first], &to = scans_[pair.second];
+    const PairResult refined = register_pair(from.thin, to.thin, start, thin_options(detail_));
+    if (refined.matches == 0) return std::nullopt;
+    const PairCheck check =
+        check_pair(from, to, refined.target_from_source, {0.5 * detail_, 1.5 * detail_, 1});
+    if (check.overlap < options_.min_overlap || check.contradiction > options_.max_contradiction ||
+        check.missing > options_.max_missing || check.looseness > options_.max_looseness)
+        return std::nullopt;
+    CoarsePair found;
+    found.source = pair.first;
+    found.target = pair.second;
+    found.target_from_source = refined.target_from_source;
+    found.overlap = check.overlap;
+    found.contradiction = check.contradiction;
+    found.rms_mm = check.rms_mm;
+    found.missing = check.missing;
+    found.score = check.agreeing * (1 - check.contradiction / options_.max_contradiction) *
+                  (1 - check.missing / options_.max_missing) *
+                  std::pow(1 - check.looseness / options_.max_looseness, 2);
+    return found;
+}
+
+std::vector<CoarsePair> PairSearch::poses_of(const Pair& pair, std::size_t first,
+                                             std::size_t last) const {
+    const CheckedScan &from = scans_[pair.first], &to = scans_[pair.second];
+    const std::vector<PoseHypothesis> hypotheses =
+        pose_hypotheses(keys_[pair.first], keys_[pair.second], detail_, kHypotheses);
+    std::vector<CoarsePair> found;
+    for (const Rigid3& start : most_plausible(from, to, hypotheses, detail_, first, last)) {
+        const auto pose = verified(pair, start);
+        if (!pose) continue;
+        const Vector3d centre = pose->target_from_source * from.thin.centre;
+        const bool known = std::any_of(found.begin(), found.end(), [&](const CoarsePair& other) {
+            const Rigid3 step = other.target_from_source * pose->target_from_source.inverse();
+            return vector_from_rotation(step.rotation).norm() < 0.02 &&
+                   (step * centre - centre).norm() < detail_;
+        });
+        if (!known) found.push_back(*pose);
+    }
+    return found;
+}
+
+std::vector<CoarsePair> PairSearch::poses(const std::vector<Pair>& pairs, std::size_t first,
+                                          std::size_t last) const {
+    std::vector<std::vector<CoarsePair>> found(pairs.size());
+    parallel_for_blocks(pairs.size(), 1, [&](std::size_t i, std::size_t) {
+        found[i] = poses_of(pairs[i], first, last);
     });
-    std::vector<CoarsePair> pairs;
-    for (const auto& list : found) pairs.insert(pairs.end(), list.begin(), list.end());
+    std::vector<CoarsePair> all;
+    for (const auto& list : found) all.insert(all.end(), list.begin(), list.end());
+    return all;
+}
+
+void join_best_first(std::vector<CoarsePair>& pairs, Assembly& assembly) {
     std::stable_sort(pairs.begin(), pairs.end(),
                      [](const auto& a, const auto& b) { return a.score > b.score; });
-    return pairs;
+    for (CoarsePair& pair : pairs) pair.used = assembly.join(pair) || pair.used;
 }
 
 std::string why_unplaced(const CoarseResult& result, std::size_t scan) {
@@ -252,6 +295,8 @@ std::string validate(const CoarseOptions& options) {
         return bad("min_overlap", options.min_overlap, "in (0, 1)");
     if (!(options.max_contradiction > 0 && options.max_contradiction < 1))
         return bad("max_contradiction", options.max_contradiction, "in (0, 1)");
+    if (!(options.max_looseness > 0 && options.max_looseness <= 1))
+        return bad("max_looseness", options.max_looseness, "in (0, 1]");
     if (!(options.max_missing > 0 && options.max_missing <= 1))
         return bad("max_missing", options.max_missing, "in (0, 1]");
     return {};
@@ -271,10 +316,16 @@ CoarseResult place_scans(const std::vector<ScanSurface>& surfaces, const CoarseO
     for (const ScanSurface& surface : surfaces)
         scans.push_back({thinned(surface, detail), LineOfSight(surface, 2 * surface.pitch_mm),
                          LineOfSight(surface, 2 * surface.pitch_mm, LineOfSight::From::laser)});
-    result.pairs = all_pairs(scans, detail, options);
-
+    const PairSearch search(scans, detail, options);
     Assembly assembly(scans, options, detail);
-    for (CoarsePair& pair : result.pairs) pair.used = assembly.join(pair);
+    const auto first_tries = static_cast<std::size_t>(options.max_hypotheses);
+    result.pairs = search.poses(assembly.pairs_apart(), 0, first_tries);
+    join_best_first(result.pairs, assembly);
+    // Scans that the first tries left apart: their true pose may not have looked the likeliest.
+    const auto more =
+        search.poses(assembly.pairs_apart(), first_tries, kSecondChance * first_tries);
+    result.pairs.insert(result.pairs.end(), more.begin(), more.end());
+    join_best_first(result.pairs, assembly);
     const std::vector<std::size_t> placed = assembly.largest_group();
     for (const std::size_t i : placed) {
         if (placed.size() < 2 && surfaces.size() > 1) break;

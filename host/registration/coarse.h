@@ -8,14 +8,16 @@
 namespace stria {
 
 struct CoarseOptions {
-    double detail_mm = 0;       ///< spacing of the points that are compared; 0: a 90th of the
+    double detail_mm = 0;       ///< spacing of the points that are compared; 0: a 130th of the
                                 ///< median scan's extent, but at least twice the pitch
     int max_hypotheses = 6;     ///< poses kept for each pair of scans until verified
     double min_overlap = 0.12;  ///< share of the smaller scan's points that must agree
     double max_contradiction = 0.015;  ///< share of points that may lie in space seen empty:
                                        ///< edges and mixed points do
-    double max_missing = 0.08;  ///< share of points that the other scan should have seen and did
-                                ///< not; dark and shiny parts leave some out
+    double max_looseness = 0.7;  ///< see PairCheck: false poses have 0.75 to 1, true ones 0.1 to
+                                 ///< 0.2 and as much as noise of a third of the detail adds
+    double max_missing = 0.08;   ///< share of points that the other scan should have seen and did
+                                 ///< not; dark and shiny parts leave some out
 };
 /// Empty if usable, else field, value and bound.
 std::string validate(const CoarseOptions& options);
@@ -28,7 +30,7 @@ struct CoarsePair {
     double contradiction = 0;  ///< share of points of either in space the other saw empty
     double missing = 0;        ///< share of points the other should have seen and did not
     double rms_mm = 0;         ///< point-to-plane, of the points that agree
-    double score = 0;          ///< area that agrees, less for contradictions
+    double score = 0;          ///< area that agrees, less for contradictions and looseness
     bool used = false;         ///< joined two groups of scans
 };
 

@@ -69,6 +69,7 @@ PairCheck check_pair(const CheckedScan& source, const CheckedScan& target,
     check.contradiction = (there.contradict + back.contradict) / smaller;
     check.missing = (there.missing + back.missing) / smaller;
     check.rms_mm = agree > 0 ? std::sqrt((there.square + back.square) / agree) : 0;
+    check.looseness = check.rms_mm * std::sqrt(3.0) / tolerance.surface_mm;
     return check;
 }
 

@@ -13,6 +13,8 @@ struct PairCheck {
     double missing = 0;        ///< share of the smaller scan's points, of both together, that face
                                ///< the other's camera and laser but were not seen by it
     double rms_mm = 0;         ///< point-to-plane over the points that agree
+    double looseness = 0;      ///< rms_mm over what points strewn evenly over the tolerance have:
+                               ///< near 0 for one surface, near 1 for two that merely cross
     double agreeing = 0;       ///< number of points that agree, mean of both
 };
 

@@ -8,6 +8,7 @@ namespace stria {
 
 std::unique_ptr<Verb> make_demo_verb();
 std::unique_ptr<Verb> make_simulate_verb();
+std::unique_ptr<Verb> make_advise_verb();
 std::unique_ptr<Verb> make_calibrate_board_verb();
 std::unique_ptr<Verb> make_calibrate_camera_verb();
 std::unique_ptr<Verb> make_calibrate_scanner_verb();

@@ -1,0 +1,41 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+
+#include "host/core/scanner_model.h"
+
+namespace stria {
+
+/// How the sheet of a scanner passes one surface point.
+struct Crossing {
+    Eigen::Vector3d point_in_camera = Eigen::Vector3d::Zero();  ///< mm
+    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+    bool in_image = false;
+    double s = 0;                  ///< axis position at which the sheet's centre is there
+    LaserSheet sheet;              ///< at s
+    double triangulation_rad = 0;  ///< between the camera's ray and the laser's
+    double sin_to_sheet = 0;       ///< of the angle between the camera's ray and the sheet
+    double mm_per_s = 0;           ///< way of the sheet across itself over the surface, a unit of s
+    double along_ray_mm_per_s = 0;  ///< way of the point along the ray, a unit of s: |dp/ds|
+    double laser_mm = 0;            ///< from the laser's apex, folded path unfolded
+    double pivot_mm = 0;            ///< from the mirror's axis, or the table's; infinite on a rail
+};
+
+/// Crossing of the point on the camera's middle ray at `depth_mm` (swept), or of the point of the
+/// sheet at that depth in the middle row (rail, turntable; s = 0). Empty where the sheet does not
+/// pass it before the camera, or the ray lies within 0.01 rad of the sheet.
+std::optional<Crossing> crossing_at_depth(const Channel& channel, double depth_mm);
+
+/// Crossing of a point of the camera frame by a swept sheet. Empty as above.
+std::optional<Crossing> swept_crossing(const Channel& channel,
+                                       const Eigen::Vector3d& point_in_camera);
+
+/// The largest range of s (from, to) over which the sheet passes what the camera sees at depths
+/// `near_mm` to `far_mm`. Rail: until every point of the field's middle row has passed the sheet,
+/// one field width. Turntable: a full turn. Empty if the sheet does not reach all of it.
+struct AxisRange {
+    double from = 0, to = 0;
+};
+std::optional<AxisRange> axis_range(const Channel& channel, double near_mm, double far_mm);
+
+}  // namespace stria

@@ -1,0 +1,33 @@
+#pragma once
+#include "host/advise/advise.h"
+#include "host/advise/gaussian_beam.h"
+
+namespace stria {
+
+/// The parts of the advice at one depth that do not depend on step and exposure.
+DepthAdvice look_at_depth(const AdvisedScanner& scanner, const Lens& lens, double depth_mm);
+
+/// Electrons a second of the brightest sample from a surface of that albedo, the footprint's blur
+/// of the pulse included.
+double peak_rate(const AdvisedScanner& scanner, const Lens& lens, const DepthAdvice& at,
+                 double albedo);
+
+/// Signal, bounds, speckle and edges at a depth for one step and exposure.
+void add_sigmas(const AdvisedScanner& scanner, const Lens& lens, double step, double exposure_us,
+                DepthAdvice& at);
+
+/// The beam of the channel as Gaussian optics see it, and how far a crossing is from its waist.
+GaussianBeam beam_of(const AdvisedScanner& scanner);
+double from_waist_mm(const AdvisedScanner& scanner, const Crossing& crossing);
+/// D_eff of accuracy.md finding 5 for a wavefront of that radius at a crossing. The light turns
+/// about the mirror (swept), not at all (rail), or with the part about the table's axis, one way or
+/// the other: there the worse is taken, 1 / D_eff = 1 / r + 1 / |R|.
+double effective_distance_at(const AdvisedScanner& scanner, const Crossing& crossing,
+                             double wavefront_mm);
+
+/// Frozen and boiling speckle over time, mm transverse to the line of sight, in quadrature.
+/// accuracy.md A.4.
+double temporal_speckle_mm(double contrast, double wavelength_nm, double sin_u, double sigma_b_mm,
+                           double effective_distance_mm);
+
+}  // namespace stria

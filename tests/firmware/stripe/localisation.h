@@ -33,6 +33,7 @@ class LocalisationTally {
         bounds_ += bound * bound;
         sum_ += error;
     }
+    int trials() const { return trials_; }
     LocalisationCell cell() {
         LocalisationCell out;
         const auto n = static_cast<double>(errors_.size());

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kExposedShare = 0.8;  ///< of full scale, for the brightest surface
 constexpr double kFramesPerSigma = 2;  ///< accuracy.md A.1: 2 to 3 cost nothing but time
+constexpr double kDimSnr = 10;
 constexpr double kDegree = std::numbers::pi / 180;
 
 template <typename... Numbers>
@@ -137,24 +138,41 @@ double fan_needed(const AdvisedScanner& scanner, const Advice& advice) {
     return fan / 0.98;  // a line's last percent falls off
 }
 
+/// Depths as people list them, where `holds`.
+template <typename Holds>
+std::string depths_where(const Advice& advice, Holds holds) {
+    std::string depths;
+    for (const DepthAdvice* at : {&advice.near, &advice.middle, &advice.far})
+        if (holds(*at)) depths += (depths.empty() ? "" : ", ") + line("%.4g", at->depth_mm);
+    return depths;
+}
+
+void warn_of_light(const AdvisedScanner& scanner, Advice& advice) {
+    const std::string bright =
+        depths_where(advice, [](const DepthAdvice& at) { return at.saturated; });
+    if (!bright.empty())
+        advice.warnings.push_back(
+            line("the brightest surface (albedo %.3g) saturates at depths of %s mm: an exposure "
+                 "of %.4g us fits it",
+                 scanner.surface.brightest_albedo, bright.c_str(),
+                 advised_exposure_us(scanner, advice)));
+    const std::string dim = depths_where(
+        advice, [](const DepthAdvice& at) { return !at.saturated && at.snr < kDimSnr; });
+    if (!dim.empty())
+        advice.warnings.push_back(
+            line("the signal is less than %.0f times its noise at depths of %s mm: more power, a "
+                 "longer exposure or a more open lens come first",
+                 kDimSnr, dim.c_str()));
+}
+
 void warn(const AdvisedScanner& scanner, Advice& advice) {
     std::vector<std::string>& out = advice.warnings;
-    const DepthAdvice* const all[] = {&advice.near, &advice.middle, &advice.far};
-    for (const DepthAdvice* at : all) {
-        if (!at->crossing.in_image)
-            out.push_back(
-                line("at a depth of %.4g mm the stripe lies outside the image", at->depth_mm));
-        if (at->saturated)
-            out.push_back(
-                line("at a depth of %.4g mm the brightest surface (albedo %.3g) "
-                     "saturates: shorten the exposure or lower the power",
-                     at->depth_mm, scanner.surface.brightest_albedo));
-        else if (at->snr < 10)
-            out.push_back(
-                line("at a depth of %.4g mm the signal is only %.1f times its noise: "
-                     "more power, a longer exposure or a faster lens come first",
-                     at->depth_mm, at->snr));
-    }
+    const std::string outside =
+        depths_where(advice, [](const DepthAdvice& at) { return !at.crossing.in_image; });
+    if (!outside.empty())
+        out.push_back(
+            line("the stripe lies outside the image at depths of %s mm", outside.c_str()));
+    warn_of_light(scanner, advice);
     const double fan = scanner.channel.sheet.fan_rad;
     if (fan < advice.fan_needed_rad)
         out.push_back(

@@ -45,6 +45,9 @@ std::vector<Trial> trials_of(const AdvisedScanner& from, const Advice& now) {
     trials.push_back(trial(from,
                            with_number("double the laser's power to %.3g mW", 2 * from.power_mw),
                            [](AdvisedScanner& s) { s.power_mw *= 2; }));
+    if (now.near.saturated || now.middle.saturated || now.far.saturated)
+        trials.push_back(trial(from, "expose so that the brightest surface fits",
+                               [](AdvisedScanner& s) { s.sensor.exposure_us.reset(); }));
     if (from.channel.sheet.wavelength_nm > 1.05 * kBlue_nm)
         trials.push_back(trial(from, "take a blue laser (450 nm)", [](AdvisedScanner& s) {
             s.channel.sheet.wavelength_nm = kBlue_nm;

@@ -78,7 +78,9 @@ std::optional<Crossing> crossing_of(const Channel& channel, const Vector3d& p, d
     const Vector3d ray = p.normalized();
     crossing.triangulation_rad = std::acos(std::clamp(ray.dot(from_laser.normalized()), -1.0, 1.0));
     crossing.sin_to_sheet = std::abs(crossing.sheet.normal.dot(ray));
-    const Vector3d n = scan_from_camera(channel, s).rotation * crossing.sheet.normal;
+    const Eigen::Matrix3d scan_from_camera_turn = scan_from_camera(channel, s).rotation;
+    const Vector3d n = scan_from_camera_turn * crossing.sheet.normal;
+    crossing.shift_per_s = scan_from_camera_turn.transpose() * hit->d_point_d_s;
     crossing.mm_per_s = std::abs(n.dot(hit->d_point_d_s));
     crossing.along_ray_mm_per_s = crossing.mm_per_s / crossing.sin_to_sheet;
     crossing.laser_mm = from_laser.norm();

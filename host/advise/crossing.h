@@ -16,6 +16,9 @@ struct Crossing {
     double triangulation_rad = 0;  ///< between the camera's ray and the laser's
     double sin_to_sheet = 0;       ///< of the angle between the camera's ray and the sheet
     double mm_per_s = 0;           ///< way of the sheet across itself over the surface, a unit of s
+    /// Shift of the measured point (camera frame, mm) by an error of one unit of s: along the ray
+    /// on a swept machine, with the part on the others.
+    Eigen::Vector3d shift_per_s = Eigen::Vector3d::Zero();
     double along_ray_mm_per_s = 0;  ///< way of the point along the ray, a unit of s: |dp/ds|
     double laser_mm = 0;            ///< from the laser's apex, folded path unfolded
     double pivot_mm = 0;            ///< from the mirror's axis, or the table's; infinite on a rail

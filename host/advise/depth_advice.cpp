@@ -88,12 +88,6 @@ double effective_distance_at(const AdvisedScanner& scanner, const Crossing& cros
     return effective_distance_mm(crossing.pivot_mm, wavefront_mm);
 }
 
-double temporal_speckle_mm(double contrast, double wavelength_nm, double sin_u, double sigma_b_mm,
-                           double effective_mm) {
-    return std::hypot(dorsch_mm(contrast, wavelength_nm, sin_u),
-                      boiling_speckle_mm(contrast, sigma_b_mm, effective_mm, sin_u));
-}
-
 DepthAdvice look_at_depth(const AdvisedScanner& scanner, const Lens& lens, double depth_mm) {
     const auto crossing = crossing_at_depth(scanner.channel, depth_mm);
     if (!crossing)
@@ -146,9 +140,10 @@ void add_sigmas(const AdvisedScanner& scanner, const Lens& lens, double step, do
 
     MethodSigma& time = at.spacetime;
     time.position = position_bound(pulse, noise);
-    const double sigma_s = std::hypot(time.position * step, scanner.axis_sigma);
-    time.noise_z_mm = sigma_s * at.crossing.along_ray_mm_per_s * cos_axis;
-    time.x_mm = time.noise_z_mm * std::tan(angle);
+    const double along_axis_mm = time.position * step * at.crossing.along_ray_mm_per_s * cos_axis;
+    const double axis_z_mm = scanner.axis_sigma * std::abs(at.crossing.shift_per_s.z());
+    time.noise_z_mm = std::hypot(along_axis_mm, axis_z_mm);
+    time.x_mm = along_axis_mm * std::tan(angle);
     time.speckle_z_mm = temporal_speckle_mm(at.contrast, wavelength_nm, sin_u, at.sigma_b_mm,
                                             at.effective_distance_mm) /
                         std::sin(angle);
@@ -159,8 +154,7 @@ void add_sigmas(const AdvisedScanner& scanner, const Lens& lens, double step, do
         scanner, at, unblurred_rate(scanner, lens, at, scanner.surface.albedo), step, exposure_us);
     space.position = position_bound(stripe, noise);
     space.x_mm = space.position * at.pixel_mm;
-    const double axis_mm = scanner.axis_sigma * at.crossing.mm_per_s / at.crossing.sin_to_sheet;
-    space.noise_z_mm = std::hypot(space.x_mm / std::tan(angle), axis_mm * cos_axis);
+    space.noise_z_mm = std::hypot(space.x_mm / std::tan(angle), axis_z_mm);
     space.speckle_z_mm =
         spatial_speckle_mm(at.contrast, at.speckle_mm, at.sigma_b_mm) / std::sin(angle);
     combine(space);

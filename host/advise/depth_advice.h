@@ -25,9 +25,4 @@ double from_waist_mm(const AdvisedScanner& scanner, const Crossing& crossing);
 double effective_distance_at(const AdvisedScanner& scanner, const Crossing& crossing,
                              double wavefront_mm);
 
-/// Frozen and boiling speckle over time, mm transverse to the line of sight, in quadrature.
-/// accuracy.md A.4.
-double temporal_speckle_mm(double contrast, double wavelength_nm, double sin_u, double sigma_b_mm,
-                           double effective_distance_mm);
-
 }  // namespace stria

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -26,14 +27,25 @@ Eigen::Vector4d slopes_of(const SampledPulse& p, double x) {
             p.amplitude_dn * scale * (area - by_scale), 1};
 }
 
+/// What min(y, level) says about its mean, y normal: 1 / variance where the level is far,
+/// (phi^2 / Q + P - z phi) / variance near it, z = (level - mean) / sigma. Samples are whole
+/// numbers: what is drawn above full scale less a half is clipped.
+double information_of(double mean, double variance, double full_scale) {
+    const double z = (full_scale - 0.5 - mean) / std::sqrt(variance);
+    if (z > 8) return 1 / variance;
+    const double density = normal_density(z), above = normal_cdf(-z);
+    const double hazard = above > 1e-300 ? density * density / above : 0;
+    return std::max(0.0, hazard + 1 - above - z * density) / variance;
+}
+
 double variance_at(const SampledPulse& pulse, const SensorNoise& noise, double phase) {
     Eigen::Matrix4d fisher = Eigen::Matrix4d::Zero();
     const double reach = kReach * pulse.width + pulse.half_aperture + 2;
     for (double x = std::ceil(-reach) + phase; x < reach; x += 1) {
         const double mean = pulse.background_dn + sample_of(pulse, x);
-        if (mean > pulse.full_scale_dn) continue;
         const Eigen::Vector4d j = slopes_of(pulse, x);
-        fisher += j * j.transpose() / sample_variance(noise, mean);
+        fisher += information_of(mean, sample_variance(noise, mean), pulse.full_scale_dn) * j *
+                  j.transpose();
     }
     const Eigen::Vector4d scale = fisher.diagonal().cwiseSqrt();
     if (!(scale.minCoeff() > 0)) return std::numeric_limits<double>::infinity();

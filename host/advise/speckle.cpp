@@ -48,4 +48,10 @@ double boiling_speckle_mm(double contrast, double sigma_b_mm, double effective_d
     return 1.2 * contrast * sigma_b_mm * sigma_b_mm / (effective_distance_mm * sin_u);
 }
 
+double temporal_speckle_mm(double contrast, double wavelength_nm, double sin_u, double sigma_b_mm,
+                           double effective_distance_mm) {
+    return std::hypot(dorsch_mm(contrast, wavelength_nm, sin_u),
+                      boiling_speckle_mm(contrast, sigma_b_mm, effective_distance_mm, sin_u));
+}
+
 }  // namespace stria

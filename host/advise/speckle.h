@@ -27,4 +27,8 @@ double spatial_speckle_mm(double contrast, double rho_mm, double sigma_b_mm);
 double boiling_speckle_mm(double contrast, double sigma_b_mm, double effective_distance_mm,
                           double sin_u);
 
+/// A pulse over time: Dorsch's limit of the frozen speckle and what boils, in quadrature.
+double temporal_speckle_mm(double contrast, double wavelength_nm, double sin_u, double sigma_b_mm,
+                           double effective_distance_mm);
+
 }  // namespace stria

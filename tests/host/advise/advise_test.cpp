@@ -198,8 +198,7 @@ TEST(Advise, SaysWhereTheSheetDoesNotReach) {
 }
 
 TEST(Advise, WaistAtTheMirrorFreezesSpeckle) {
-    // accuracy.md finding 5 with its own numbers: 22 um across against 49 um (by rule 42: its
-    // coefficient is 1.2 of 0.8 to 1.45) focused on the object.
+    // accuracy.md finding 5 as a rule; its own numbers stand in the tests of beam and speckle.
     AdvisedScanner scanner = usual_scanner();
     scanner.channel.sheet.wavelength_nm = 650;
     scanner.m_squared = 1;

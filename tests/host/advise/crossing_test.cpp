@@ -38,6 +38,11 @@ TEST(Crossing, OnTheAxisOfASweptMachineMovesTwiceTheMirrorsAngle) {
     EXPECT_NEAR(crossing->mm_per_s, 2 * crossing->pivot_mm, 2e-3 * 2 * crossing->pivot_mm);
     EXPECT_TRUE(crossing->in_image);
     EXPECT_NEAR(crossing->point_in_camera.z(), 450, 1e-9);
+    // A wrong s shifts the point along its ray.
+    EXPECT_NEAR(crossing->shift_per_s.norm(), crossing->along_ray_mm_per_s,
+                1e-6 * crossing->along_ray_mm_per_s);
+    EXPECT_NEAR(crossing->shift_per_s.cross(crossing->point_in_camera).norm(), 0,
+                1e-6 * crossing->shift_per_s.norm() * 450);
 }
 
 TEST(Crossing, OfARailLiesOnTheSheetAndMovesWithTheHead) {
@@ -50,6 +55,8 @@ TEST(Crossing, OfARailLiesOnTheSheetAndMovesWithTheHead) {
         EXPECT_NEAR(crossing->mm_per_s,
                     std::abs(channel.sheet.normal.dot(channel.axis.rail.direction)), 1e-9);
         EXPECT_TRUE(std::isinf(crossing->pivot_mm));
+        // A wrong s shifts the point with the head.
+        EXPECT_NEAR((crossing->shift_per_s - channel.axis.rail.direction).norm(), 0, 1e-9);
     }
 }
 

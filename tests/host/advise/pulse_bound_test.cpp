@@ -85,17 +85,29 @@ TEST(PulseBound, AgreesWithTheBoundOfTheStripeTests) {
     }
 }
 
-TEST(PulseBound, ClippedSamplesSayNothing) {
+TEST(PulseBound, ClippedSamplesSayOnlyThatTheyAre) {
     SampledPulse pulse{.amplitude_dn = 400,
                        .width = 2,
                        .half_aperture = 0.4,
                        .background_dn = 5,
                        .full_scale_dn = 1e9};
     const SensorNoise noise{.gain_e_per_dn = 40, .read_noise_e = 8};
-    const double whole = position_bound(pulse, noise);
-    pulse.full_scale_dn = 255;
-    EXPECT_GT(position_bound(pulse, noise), whole);
-    pulse.full_scale_dn = 4;  // all of them
+    double last = position_bound(pulse, noise);
+    for (const double full_scale : {380.0, 255.0, 100.0}) {
+        pulse.full_scale_dn = full_scale;
+        const double bound = position_bound(pulse, noise);
+        EXPECT_GT(bound, last) << full_scale;
+        last = bound;
+        double squares = 0;
+        for (int phase = 0; phase < 8; ++phase) {
+            std::vector<double> x;
+            for (int k = -16; k <= 16; ++k) x.push_back(k + (phase + 0.5) / 8);
+            squares += std::pow(
+                test::cramer_rao_bound({400, 0, 2, 5}, x, 0.4, noise, full_scale - 0.5), 2);
+        }
+        EXPECT_NEAR(bound / std::sqrt(squares / 8), 1, 2e-3) << full_scale;
+    }
+    pulse.background_dn = 500;  // all of them
     EXPECT_TRUE(std::isinf(position_bound(pulse, noise)));
 }
 

@@ -9,6 +9,7 @@
 #include "host/cli/recording_range.h"
 #include "host/local/local_scanner.h"
 #include "sim/scene.h"
+#include "tests/support/synthetic_scanner.h"
 
 /// Advice against what the whole chain says of a simulated scan: simulator, device, stripe analysis
 /// and range image. The simulator has no diffraction, defocus or speckle, so the advice is asked
@@ -131,6 +132,41 @@ TEST_P(SimulatedScan, HasTheSigmaThatWasAdvised) {
 INSTANTIATE_TEST_SUITE_P(Swept, SimulatedScan,
                          testing::Values(Case{400, 0.3, 2}, Case{400, 0.6, 1.3}, Case{450, 0.8, 2},
                                          Case{500, 0.15, 3}, Case{450, 0.8, 2, 2e-6}));
+
+TEST(SimulatedScan, InSpaceHasTheSigmaThatWasAdvised) {
+    for (const double depth_mm : {400.0, 470.0}) {
+        Scene scene = plate_at(depth_mm, 0.4);
+        scene.axis.sigma = 0;
+        scene.channel.sheet.waist_sigma_mm = 0.5;  // 1.4 px: not so few samples that fits struggle
+        scene.laser_power_mw = 60;
+        const Advice advice = advise(advised(scene, depth_mm));
+        const MethodSigma& sigma = advice.middle.spatial;
+        const Scanned scanned = scan(scene, advice, depth_mm, StripeMode::spatial);
+        std::printf(
+            "in space, depth %.0f mm: sigma z advised %.5f mm, stated %.5f, found %.5f; %zu "
+            "points\n",
+            depth_mm, sigma.noise_z_mm, scanned.sigma_mm, scanned.error_mm, scanned.points);
+        ASSERT_GT(scanned.points, 5000U);
+        EXPECT_NEAR(sigma.noise_z_mm / scanned.sigma_mm, 1, 0.05);
+        EXPECT_NEAR(sigma.noise_z_mm / scanned.error_mm, 1, 0.05);
+    }
+}
+
+TEST(SimulatedScan, OnARailHasTheSigmaThatWasAdvised) {
+    const double depth_mm = 450;
+    Scene scene = plate_at(depth_mm, 0.5);
+    scene.channel = test_support::rail_scanner().channels.front();
+    scene.channel.sheet.waist_sigma_mm = 0.4;
+    scene.axis = {.min = -5, .max = 5, .max_speed = 2000, .sigma = 0.002};
+    scene.laser_power_mw = 30;
+    const Advice advice = advise(advised(scene, depth_mm));
+    const MethodSigma& sigma = advice.middle.spatial;
+    const Scanned scanned = scan(scene, advice, depth_mm, StripeMode::spatial);
+    std::printf("rail: step %.3f mm, sigma z advised %.5f mm, stated %.5f; %zu points\n",
+                advice.step, sigma.noise_z_mm, scanned.sigma_mm, scanned.points);
+    ASSERT_GT(scanned.points, 5000U);
+    EXPECT_NEAR(sigma.noise_z_mm / scanned.sigma_mm, 1, 0.05);
+}
 
 TEST(SimulatedScan, HasTheSignalThatWasAdvised) {
     const Scene scene = plate_at(420, 0.5);

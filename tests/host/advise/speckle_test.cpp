@@ -38,6 +38,15 @@ TEST(Speckle, BoilingOfABeamFocusedAtTheTarget) {
     }
 }
 
+TEST(Speckle, WaistAtTheMirrorOfAccuracyFinding5) {
+    // 22 um against 49 um focused at the target and 51 um of the spatial centre of gravity.
+    const double mirror = temporal_speckle_mm(1, 650, 0.005, 0.277, 3846);
+    const double target = temporal_speckle_mm(1, 650, 0.005, 0.277, 500);
+    EXPECT_NEAR(mirror, 0.022, 0.001);
+    EXPECT_NEAR(target, 0.049, 0.3 * 0.049);  // the coefficient scatters by a third
+    EXPECT_NEAR(spatial_speckle_mm(1, speckle_size_mm(650, 0.005), 0.277), 0.051, 0.001);
+}
+
 TEST(Speckle, SmallPixelsSeeAllOfItsContrast) {
     EXPECT_NEAR(contrast_after_pixel(1, 1e-4, 1), 1, 1e-6);
     EXPECT_NEAR(contrast_after_pixel(0.7, 1e-4, 1), 0.7, 1e-6);

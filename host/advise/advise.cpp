@@ -42,30 +42,55 @@ double advised_exposure_us(const AdvisedScanner& scanner, const Advice& advice) 
     return std::clamp(wanted_us, 1e-3, sensor.frame_period_us);
 }
 
-void refuse_step(const AdvisedScanner& scanner, const Advice& advice) {
-    if (!(*scanner.step > advice.greatest_step)) return;
-    const DepthAdvice* narrowest = &advice.near;
-    for (const DepthAdvice* at : {&advice.middle, &advice.far})
-        if (at->greatest_step < narrowest->greatest_step) narrowest = at;
-    const char* unit = unit_of(advice.kind);
-    const double step_mm = *scanner.step * narrowest->crossing.mm_per_s;
-    throw Error(
-        line("step = %.4g %s moves the stripe by %.4g mm from frame to frame, above its "
-             "width of %.4g mm (one standard deviation) at a depth of %.4g mm: the sweep "
-             "would be undersampled and miss what lies between. Take %.4g %s (two frames a width), "
-             "at most %.4g %s",
-             *scanner.step, unit, step_mm, narrowest->sigma_b_mm, narrowest->depth_mm,
-             advice.advised_step, unit, advice.greatest_step, unit));
+using Places = std::vector<DepthAdvice>;
+
+/// The field's corners, edges and middle at the three depths; on rail and table the row's place
+/// across the image is the sheet's.
+Places places_of(const AdvisedScanner& scanner, const Advice& advice) {
+    Places places;
+    for (const double depth_mm : {scanner.near_mm, scanner.middle_mm, scanner.far_mm})
+        for (const double v : {-1.0, 0.0, 1.0})
+            for (const double u : {-1.0, 0.0, 1.0}) {
+                if (u != 0 && advice.kind != MachineKind::swept) continue;
+                places.push_back(look_at(scanner, advice.lens, depth_mm, {u, v}));
+            }
+    return places;
 }
 
-void choose_step(const AdvisedScanner& scanner, Advice& advice) {
-    advice.greatest_step = std::min(
-        {advice.near.greatest_step, advice.middle.greatest_step, advice.far.greatest_step});
+[[noreturn]] void refuse_step(const AdvisedScanner& scanner, const Advice& advice,
+                              const DepthAdvice& narrowest) {
+    const char* unit = unit_of(advice.kind);
+    const double step_mm = *scanner.step * narrowest.crossing.mm_per_s;
+    throw Error(line(
+        "step = %.4g %s moves the stripe by %.4g mm from frame to frame, above its "
+        "width of %.4g mm (one standard deviation) at x = %.4g mm and a depth of %.4g mm: the "
+        "sweep would be undersampled and miss what lies between. Take %.4g %s (two frames a "
+        "width), at most %.4g %s",
+        *scanner.step, unit, step_mm, narrowest.sigma_b_mm, narrowest.crossing.point_in_camera.x(),
+        narrowest.depth_mm, advice.advised_step, unit, advice.greatest_step, unit));
+}
+
+void choose_step(const AdvisedScanner& scanner, const Places& places, Advice& advice) {
+    const auto narrowest = std::min_element(
+        places.begin(), places.end(),
+        [](const auto& a, const auto& b) { return a.greatest_step < b.greatest_step; });
+    advice.greatest_step = narrowest->greatest_step;
     if (!std::isfinite(advice.greatest_step))
         throw Error("the axis does not move the sheet over the surface at the stated depths");
     advice.advised_step = advice.greatest_step / kFramesPerSigma;
-    if (scanner.step) refuse_step(scanner, advice);
+    if (scanner.step && *scanner.step > advice.greatest_step)
+        refuse_step(scanner, advice, *narrowest);
     advice.step = scanner.step.value_or(advice.advised_step);
+}
+
+void find_worst(const AdvisedScanner& scanner, Places places, Advice& advice) {
+    double worst_mm = -1;
+    for (DepthAdvice& at : places) {
+        add_sigmas(scanner, advice.lens, advice.step, advice.exposure_us, at);
+        if (!(advice.method(at).z_mm > worst_mm)) continue;
+        worst_mm = advice.method(at).z_mm;
+        advice.worst = at;
+    }
 }
 
 void choose_range(const AdvisedScanner& scanner, Advice& advice) {
@@ -125,17 +150,6 @@ void compare_waists(const AdvisedScanner& scanner, Advice& advice) {
         advice.waists.push_back(waist_choice(scanner, advice, "at the mirror", waist, d));
     }
     advice.waists.push_back(waist_choice(scanner, advice, "on the object", middle.sigma_b_mm, 0));
-}
-
-/// Fan that lights the field's height at the nearest and farthest depth.
-double fan_needed(const AdvisedScanner& scanner, const Advice& advice) {
-    double fan = 0;
-    for (const DepthAdvice* at : {&advice.near, &advice.middle, &advice.far}) {
-        const double half_mm =
-            0.5 * at->depth_mm * scanner.channel.camera.height / scanner.channel.camera.fy;
-        fan = std::max(fan, 2 * std::atan(half_mm / at->crossing.laser_mm));
-    }
-    return fan / 0.98;  // a line's last percent falls off
 }
 
 /// Depths as people list them, where `holds`.
@@ -198,24 +212,26 @@ Advice advise(const AdvisedScanner& scanner) {
     const CameraModel& camera = scanner.channel.camera;
     Advice advice;
     advice.kind = scanner.channel.axis.kind;
+    advice.mode = mode_of(advice.kind);
     advice.lens =
         lens_of(camera.fx, scanner.sensor.pixel_um, scanner.sensor.f_number, scanner.focus_mm);
     advice.lens.aberration_px = scanner.sensor.aberration_px;
-    advice.near = look_at_depth(scanner, advice.lens, scanner.near_mm);
-    advice.middle = look_at_depth(scanner, advice.lens, scanner.middle_mm);
-    advice.far = look_at_depth(scanner, advice.lens, scanner.far_mm);
+    advice.near = look_at(scanner, advice.lens, scanner.near_mm);
+    advice.middle = look_at(scanner, advice.lens, scanner.middle_mm);
+    advice.far = look_at(scanner, advice.lens, scanner.far_mm);
     advice.field_width_mm = camera.width * advice.middle.pixel_mm;
     advice.field_height_mm = camera.height * advice.middle.depth_mm / camera.fy;
     const Eigen::Vector3d laser = advice.kind == MachineKind::swept
                                       ? scanner.channel.axis.mirror.point
                                       : scanner.channel.sheet.apex;
     advice.baseline_mm = laser.head<2>().norm();
-    advice.fan_needed_rad = fan_needed(scanner, advice);
-    choose_step(scanner, advice);
+    advice.fan_needed_rad = fan_needed_rad(scanner.channel, scanner.near_mm, scanner.far_mm);
+    const Places places = places_of(scanner, advice);
+    choose_step(scanner, places, advice);
     advice.exposure_us = scanner.sensor.exposure_us.value_or(advised_exposure_us(scanner, advice));
     for (DepthAdvice* at : {&advice.near, &advice.middle, &advice.far})
         add_sigmas(scanner, advice.lens, advice.step, advice.exposure_us, *at);
-    advice.mode = mode_of(advice.kind);
+    find_worst(scanner, places, advice);
     choose_range(scanner, advice);
     advice.frames = std::ceil((advice.range.to - advice.range.from) / advice.step);
     advice.seconds =

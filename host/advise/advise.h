@@ -21,7 +21,8 @@ struct MethodSigma {
     bool speckle_dominates() const { return speckle_z_mm > noise_z_mm; }
 };
 
-/// The scanner at one depth, on the camera's axis (swept) or on the sheet (rail, turntable).
+/// The scanner at one place, for `near`, `middle` and `far` of an Advice on the camera's axis
+/// (swept) or on the sheet in the middle row (rail, turntable).
 struct DepthAdvice {
     double depth_mm = 0;
     Crossing crossing;
@@ -56,15 +57,16 @@ struct Advice {
     Lens lens;
     double field_width_mm = 0, field_height_mm = 0;  ///< at the middle depth
     double baseline_mm = 0;     ///< from camera to laser line (at the pivot on a swept machine)
-    double fan_needed_rad = 0;  ///< to light the field at every depth
+    double fan_needed_rad = 0;  ///< to light the whole field at every depth
     double exposure_us = 0;
-    double greatest_step = 0;  ///< unit of s: the stripe's width, the narrowest over the depth
+    double greatest_step = 0;  ///< unit of s: the stripe's width, the narrowest anywhere
     double advised_step = 0;   ///< half of it: two frames a sigma (accuracy.md A.1)
     double step = 0;           ///< the one the figures are for
     AxisRange range;
     double frames = 0, seconds = 0;           ///< of one sweep at `step`
     StripeMode mode = StripeMode::spacetime;  ///< how devices scan: swept over time
     DepthAdvice near, middle, far;
+    DepthAdvice worst;  ///< of the field's corners, edges and middle at the three depths
     std::vector<WaistChoice> waists;
     Occlusion occlusion;                ///< in the middle
     std::vector<std::string> warnings;  ///< what contradicts itself or will not work, for people

@@ -12,7 +12,7 @@
 namespace stria {
 namespace {
 
-constexpr double kLeastGain = 1e-3;
+constexpr double kLeastGain = 0.005;
 constexpr double kBlue_nm = 450;
 
 std::string with_number(const char* format, double number) {

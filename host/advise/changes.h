@@ -18,7 +18,7 @@ struct Change {
 /// What to change, the most useful first: lens a stop more open and more closed, power twice,
 /// wavelength 450 nm, half the step or the advised one, waist at the mirror, a coat that
 /// depolarises, an exposure that fits the brightest surface. Changes that cannot be made or change
-/// nothing (below 0.1 %) are left out.
+/// nothing (below 0.5 %) are left out.
 /// @param now  advise(scanner)
 std::vector<Change> possible_changes(const AdvisedScanner& scanner, const Advice& now);
 

@@ -13,9 +13,11 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kFarthest_rad = 0.8;  ///< a mirror is not turned farther from s = 0
+constexpr double kEvenShare = 0.98;    ///< of a line's length, before its ends fall off
 
-Vector2d middle_pixel(const CameraModel& camera) {
-    return {0.5 * (camera.width - 1), 0.5 * (camera.height - 1)};
+Vector2d pixel_at(const CameraModel& camera, const Vector2d& field) {
+    return {0.5 * (camera.width - 1) * (1 + field.x()),
+            0.5 * (camera.height - 1) * (1 + field.y())};
 }
 
 /// s in [-0.8, 0.8] nearest 0 at which the sheet holds p: sign changes found, then halved.
@@ -95,10 +97,11 @@ std::optional<Crossing> swept_crossing(const Channel& channel, const Vector3d& p
     return s ? crossing_of(channel, p, *s) : std::nullopt;
 }
 
-std::optional<Crossing> crossing_at_depth(const Channel& channel, double depth_mm) {
-    const Vector3d ray = ray_through(channel.camera, middle_pixel(channel.camera));
+std::optional<Crossing> crossing_at_depth(const Channel& channel, double depth_mm,
+                                          const Vector2d& field) {
+    const Vector3d ray = ray_through(channel.camera, pixel_at(channel.camera, field));
     if (channel.axis.kind == MachineKind::swept) return swept_crossing(channel, depth_mm * ray);
-    // On the sheet, in the middle row: x from the plane, then once more for the bow.
+    // On the sheet, in that row: x from the plane, then once more for the bow.
     const LaserSheet& sheet = channel.sheet;
     Vector3d p = depth_mm * ray;
     for (int i = 0; i < 20; ++i) {
@@ -126,6 +129,20 @@ std::optional<AxisRange> axis_range(const Channel& channel, double near_mm, doub
                 range.to = std::max(range.to, *s);
             }
     return range;
+}
+
+double fan_needed_rad(const Channel& channel, double near_mm, double far_mm) {
+    double half_rad = 0;
+    for (const double depth_mm : {near_mm, (near_mm + far_mm) / 2, far_mm})
+        for (const double v : {-1.0, 0.0, 1.0})
+            for (const double u : {-1.0, 0.0, 1.0}) {
+                if (u != 0 && channel.axis.kind != MachineKind::swept) continue;
+                const auto crossing = crossing_at_depth(channel, depth_mm, {u, v});
+                if (!crossing) continue;
+                half_rad = std::max(
+                    half_rad, std::abs(fan_angle(crossing->sheet, crossing->point_in_camera)));
+            }
+    return 2 * half_rad / kEvenShare;
 }
 
 }  // namespace stria

@@ -24,10 +24,13 @@ struct Crossing {
     double pivot_mm = 0;            ///< from the mirror's axis, or the table's; infinite on a rail
 };
 
-/// Crossing of the point on the camera's middle ray at `depth_mm` (swept), or of the point of the
+/// Crossing of the point at `depth_mm` on the camera's middle ray (swept), or of the point of the
 /// sheet at that depth in the middle row (rail, turntable; s = 0). Empty where the sheet does not
 /// pass it before the camera, or the ray lies within 0.01 rad of the sheet.
-std::optional<Crossing> crossing_at_depth(const Channel& channel, double depth_mm);
+/// @param field  other places of the image: (-1, -1) the top left pixel, (1, 1) the bottom right;
+///               on rail and turntable the sheet decides about the first number
+std::optional<Crossing> crossing_at_depth(const Channel& channel, double depth_mm,
+                                          const Eigen::Vector2d& field = {0, 0});
 
 /// Crossing of a point of the camera frame by a swept sheet. Empty as above.
 std::optional<Crossing> swept_crossing(const Channel& channel,
@@ -40,5 +43,9 @@ struct AxisRange {
     double from = 0, to = 0;
 };
 std::optional<AxisRange> axis_range(const Channel& channel, double near_mm, double far_mm);
+
+/// Full fan angle (rad) that lights the field's corners, edges and middle at those depths, without
+/// the line's last percents, which fall off. 0 where the sheet passes none of them.
+double fan_needed_rad(const Channel& channel, double near_mm, double far_mm);
 
 }  // namespace stria

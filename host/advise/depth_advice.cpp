@@ -60,6 +60,7 @@ void combine(MethodSigma& sigma) { sigma.z_mm = std::hypot(sigma.noise_z_mm, sig
 double unblurred_rate(const AdvisedScanner& scanner, const Lens& lens, const DepthAdvice& at,
                       double albedo) {
     const LaserSheet& sheet = at.crossing.sheet;
+    if (std::abs(fan_angle(sheet, at.crossing.point_in_camera)) > sheet.fan_rad / 2) return 0;
     return line_electrons_per_s({.power_mw = scanner.power_mw,
                                  .fan_rad = sheet.fan_rad,
                                  .range_mm = at.crossing.laser_mm,
@@ -88,10 +89,11 @@ double effective_distance_at(const AdvisedScanner& scanner, const Crossing& cros
     return effective_distance_mm(crossing.pivot_mm, wavefront_mm);
 }
 
-DepthAdvice look_at_depth(const AdvisedScanner& scanner, const Lens& lens, double depth_mm) {
-    const auto crossing = crossing_at_depth(scanner.channel, depth_mm);
+DepthAdvice look_at(const AdvisedScanner& scanner, const Lens& lens, double depth_mm,
+                    const Eigen::Vector2d& field) {
+    const auto crossing = crossing_at_depth(scanner.channel, depth_mm, field);
     if (!crossing)
-        throw Error("the sheet does not pass the camera's axis at a depth of " +
+        throw Error("the sheet does not pass the camera's field at a depth of " +
                     std::to_string(depth_mm) + " mm: expected a depth that the laser reaches");
     DepthAdvice at;
     at.depth_mm = depth_mm;

@@ -4,8 +4,11 @@
 
 namespace stria {
 
-/// The parts of the advice at one depth that do not depend on step and exposure.
-DepthAdvice look_at_depth(const AdvisedScanner& scanner, const Lens& lens, double depth_mm);
+/// The parts of the advice at one place that do not depend on step and exposure. Throws
+/// stria::Error where the sheet does not pass it.
+/// @param field  as crossing_at_depth() takes it
+DepthAdvice look_at(const AdvisedScanner& scanner, const Lens& lens, double depth_mm,
+                    const Eigen::Vector2d& field = {0, 0});
 
 /// Electrons a second of the brightest sample from a surface of that albedo, the footprint's blur
 /// of the pulse included.

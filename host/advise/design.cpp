@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kUsualAngle_rad = 25 * kDegree;
 constexpr double kLeastAngle_rad = 2 * kDegree, kMostAngle_rad = 60 * kDegree;
+constexpr double kFanMargin = 1.05;
 constexpr double kFootprintsWide = 4;  ///< sigma_b over sigma_p: finding 6 asks for 3 to 6
 
 bool above_to(double value, double low, double high) { return value > low && value <= high; }
@@ -44,18 +45,6 @@ double waist_of(const ScannerDesign& design, const CameraModel& camera, double r
     const double sigma_p_mm = footprint_at(lens, design.wavelength_nm, far_of(design)).sigma_mm();
     return waist_for_mm(kFootprintsWide * sigma_p_mm, range_mm - waist_place(design, range_mm),
                         design.wavelength_nm, design.m_squared);
-}
-
-double fan_of(const ScannerDesign& design, const CameraModel& camera, double baseline_mm) {
-    if (design.fan_rad) return *design.fan_rad;
-    double fan = 0;
-    for (const double depth_mm : {near_of(design), design.distance_mm, far_of(design)}) {
-        const double half_mm = 0.5 * depth_mm * camera.height / camera.fy;
-        const double laser_mm = std::hypot(baseline_mm, depth_mm) +
-                                (design.kind == MachineKind::swept ? design.laser_to_mirror_mm : 0);
-        fan = std::max(fan, 2 * std::atan(half_mm / laser_mm));
-    }
-    return 1.05 * fan;
 }
 
 /// The sheet from `from` towards `to`, spanned by the camera's y.
@@ -135,7 +124,6 @@ AdvisedScanner scanner_of(const ScannerDesign& design, double baseline_mm) {
     const double range_mm = (target - pivot).norm();
     LaserSheet& sheet = channel.sheet;
     sheet.wavelength_nm = design.wavelength_nm;
-    sheet.fan_rad = fan_of(design, channel.camera, baseline_mm);
     sheet.waist_sigma_mm = waist_of(design, channel.camera, range_mm);
     sheet.waist_at_mm = waist_place(design, range_mm);
     if (design.kind == MachineKind::swept)
@@ -143,6 +131,8 @@ AdvisedScanner scanner_of(const ScannerDesign& design, double baseline_mm) {
     else
         aim(sheet, pivot, target - pivot);
     channel.axis.turntable.table_from_camera = table_pose(far_of(design));
+    sheet.fan_rad = design.fan_rad.value_or(
+        kFanMargin * fan_needed_rad(channel, near_of(design), far_of(design)));
     scanner.sensor = design.sensor;
     scanner.power_mw = design.power_mw;
     scanner.m_squared = design.m_squared;

@@ -107,6 +107,8 @@ std::string validate(const SurfaceSpec& s) {
                            "0 to below 90 deg: light along a surface does not light it");
     if (!within(s.reflectance_ratio, 1, 1000))
         return wrong_value("reflectance_ratio", s.reflectance_ratio, "1 to 1000");
+    if (!above_to(s.hole_width_mm, 0, 1e5))
+        return wrong_value("hole_width_mm", s.hole_width_mm, "above 0");
     if (!within(s.speckle_contrast, 0, 1))
         return wrong_value("speckle_contrast", s.speckle_contrast, "0 to 1");
     if (!within(s.ambient_level, 0, 1))

@@ -54,6 +54,7 @@ struct SurfaceSpec {
     /// Angle of the laser's light to the surface's normal; without it the surface faces the camera.
     std::optional<double> incidence_rad;
     double reflectance_ratio = 10;  ///< of the paint's edges
+    double hole_width_mm = 10;      ///< of the slots that should be seen into
     double speckle_contrast = 1;    ///< before the pixel: 1 coherent and polarised, 0 incoherent
     double ambient_level = 0;       ///< share of full scale on albedo 1
 };

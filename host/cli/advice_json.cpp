@@ -96,6 +96,8 @@ JsonResult advice_json(const ReportedAdvice& reported) {
         .set("depths", std::vector<JsonResult>{depth_json("near", advice.near),
                                                depth_json("middle", advice.middle),
                                                depth_json("far", advice.far)})
+        .set("worst", depth_json("worst", advice.worst)
+                          .set("point_mm", Eigen::VectorXd(advice.worst.crossing.point_in_camera)))
         .set("waists", waists_json(advice))
         .set("occlusion", occlusion_json(advice.occlusion))
         .set("warnings", advice.warnings);

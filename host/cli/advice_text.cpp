@@ -92,6 +92,11 @@ void add_depths(const ReportedAdvice& reported, Lines& out) {
     row("  defocus", [](D d) { return length(d.footprint.defocus_mm); });
     row("edge in space", [](D d) { return length(d.edge.spatial_mm); });
     row("edge in time", [](D d) { return length(d.edge.spacetime_mm); });
+    const Eigen::Vector3d& p = a.worst.crossing.point_in_camera;
+    out.push_back(
+        line("  Worst in the field: sigma z %s at (%.0f, %.0f, %.0f) mm from the camera, "
+             "where the SNR is %.3g.",
+             length(a.method(a.worst).z_mm).c_str(), p.x(), p.y(), p.z(), a.worst.snr));
     const MethodSigma& middle = a.method(a.middle);
     out.push_back(line("  In the middle %s dominates: %s against %s.",
                        middle.speckle_dominates() ? "speckle" : "camera noise",

@@ -137,6 +137,8 @@ std::vector<Field> other_fields() {
                 "of the light on the surface [the surface faces the camera]", &S::incidence_rad),
         surface("--reflectance-ratio", Quantity::number, "at edges of the paint [10]",
                 &S::reflectance_ratio),
+        surface("--hole-width", Quantity::length_mm, "of slots to see into [10 mm]",
+                &S::hole_width_mm),
         surface("--speckle-contrast", Quantity::number,
                 "before the pixel: 1 coherent, 0.71 depolarised, 0 none [1]", &S::speckle_contrast),
         surface("--ambient", Quantity::number, "share of full scale on white [0]",
@@ -203,6 +205,7 @@ SensorSpec sensor_of(const SceneSensor& scene) {
 void AdviseOptions::declare(Arguments& arguments) {
     arguments.option("--scene", scene_, "advice for the scanner of this scene.toml");
     arguments.option("--model", model_, "advice for this calibrated scanner (scanner.toml)");
+    arguments.option("--channel", channel_, "of the model, counted from 0; -1: its only one");
     arguments.option("--kind", kind_, "swept (a mirror), rail or turntable [swept]");
     arguments.option("--distance", texts_["--distance"],
                      "camera to the middle of the depth [400 mm; where the stripe crosses the "
@@ -221,6 +224,7 @@ void AdviseOptions::declare(Arguments& arguments) {
 }
 
 ScannerDesign AdviseOptions::design(const Context& context) const {
+    if (channel_ != -1) throw std::invalid_argument("--channel: expected with --model only");
     ScannerDesign design;
     if (!kind_.empty()) {
         const auto kind = machine_kind_from(kind_);
@@ -256,7 +260,12 @@ ScannerDesign AdviseOptions::design(const Context& context) const {
 AdvisedScanner AdviseOptions::read_existing() const {
     AdvisedScanner scanner;
     if (!model_.empty()) {
-        scanner.channel = read_scanner(model_).channels.front();
+        const ScannerModel model = read_scanner(model_);
+        const int count = static_cast<int>(model.channels.size());
+        if (channel_ < -1 || channel_ >= count || (channel_ == -1 && count > 1))
+            throw std::invalid_argument("--channel " + std::to_string(channel_) + ": " + model_ +
+                                        " has channels 0 to " + std::to_string(count - 1));
+        scanner.channel = model.channels[static_cast<std::size_t>(std::max(0, channel_))];
         if (!camera_.empty()) scanner.sensor = named_camera(camera_).sensor;
         return scanner;
     }
@@ -298,6 +307,8 @@ void AdviseOptions::place_depths(const Context& context, AdvisedScanner& scanner
 
 AdvisedScanner AdviseOptions::existing(const Context& context) const {
     const std::string file = scene_.empty() ? model_ : scene_;
+    if (channel_ != -1 && model_.empty())
+        throw std::invalid_argument("--channel: expected with --model only");
     if (!scene_.empty() && !model_.empty())
         throw std::invalid_argument("--scene and --model: expected one of them");
     for (const auto& [option, text] : {std::pair{"--kind", kind_}, {"--pixels", pixels_}})

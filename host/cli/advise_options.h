@@ -26,6 +26,7 @@ class AdviseOptions {
 
     std::string scene_, model_, kind_, camera_, pixels_;
     bool perfect_lens_ = false;
+    int channel_ = -1;                          ///< of the model; -1: not given
     std::map<std::string, std::string> texts_;  ///< option -> what was given, empty: nothing
 };
 

@@ -44,6 +44,7 @@ TEST(Advise, MatchesAHandCalculation) {
     EXPECT_NEAR(m.crossing.pivot_mm, std::hypot(186, 400), 1e-9);
     EXPECT_NEAR(m.greatest_step, m.sigma_b_mm / (2 * std::hypot(186, 400)), 1e-3 * m.greatest_step);
     EXPECT_NEAR(advice.advised_step, advice.greatest_step / 2, 1e-12);
+    EXPECT_LE(advice.greatest_step, m.greatest_step);
     // sigma_z = sigma_x / tan(angle), sigma_x = way of the beam over the surface that faces it.
     EXPECT_NEAR(m.spacetime.z_mm, m.spacetime.x_mm / std::tan(m.crossing.triangulation_rad), 1e-12);
     EXPECT_NEAR(m.spacetime.z_mm,
@@ -84,6 +85,18 @@ TEST(Advise, RefusesAStepAboveTheStripesWidth) {
         for (const char* word : {"step", "width", "Take", "at most", "rad"})
             EXPECT_NE(text.find(word), std::string::npos) << text;
     }
+}
+
+TEST(Advise, StepHoldsInTheWholeField) {
+    // A collimated beam is as wide everywhere, so the farthest point from the mirror decides: the
+    // corners of the far end on the other side.
+    AdvisedScanner scanner = usual_scanner();
+    scanner.channel.sheet.waist_sigma_mm = 3;
+    const Advice advice = advise(scanner);
+    const double x = -scanner.far_mm * (scanner.channel.camera.cx / scanner.channel.camera.fx);
+    const double farthest_mm = std::hypot(186 - x, scanner.far_mm);
+    EXPECT_NEAR(advice.greatest_step, 3 / (2 * farthest_mm), 2e-3 * advice.greatest_step);
+    EXPECT_GE(advice.method(advice.worst).z_mm, advice.worst_z_mm());
 }
 
 TEST(Advise, MoreLightNeverHurts) {

@@ -119,6 +119,9 @@ TEST(AdviseVerb, AdvisesForASceneAndForAModel) {
                                      "--distance", "400", "--depth", "4cm"});
     EXPECT_EQ(of_model.code, 0) << of_model.err;
     EXPECT_TRUE(has(of_model.out, "depth 380 mm to 420 mm")) << of_model.out;
+    const Outcome no_such = advise({"--model", folder / "scanner.toml", "--channel", "1"});
+    EXPECT_EQ(no_such.code, 1);
+    EXPECT_TRUE(has(no_such.err, "channels 0 to 0")) << no_such.err;
 }
 
 TEST(AdviseVerb, RefusesWhatTheSceneFixes) {
@@ -144,6 +147,7 @@ TEST(AdviseVerb, NamesBadNumbers) {
         {{"--width", "10kg"}, "--width '10kg': expected a finite number, its unit one of mm"},
         {{"--depth", "900"}, "depth_mm = 900"},
         {{"--fan", "0"}, "fan_rad"},
+        {{"--channel", "1"}, "--channel: expected with --model only"},
         {{"--pixels", "100"}, "--pixels '100': expected WIDTHxHEIGHT"},
         {{"--camera", "box"}, "camera 'box' is not known"},
         {{"--kind", "drone"}, "--kind 'drone'"},

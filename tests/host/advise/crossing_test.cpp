@@ -88,6 +88,17 @@ TEST(Crossing, RangeCoversEveryPointThatTheCameraSees) {
     }
 }
 
+TEST(Crossing, FanOfARailReachesTheTopAndBottomRow) {
+    Channel channel = test_support::rail_scanner().channels.front();
+    channel.camera.distortion = {};
+    channel.camera.cy = (channel.camera.height - 1) / 2.0;
+    const double y = 400 * channel.camera.cy / channel.camera.fy;
+    // The sheet leaves (180, 0, 0) towards (0, 0, 450): at a depth of 400 mm it is 400 / 450 of
+    // the way along.
+    const double laser_mm = std::hypot(180, 450) * 400 / 450;
+    EXPECT_NEAR(fan_needed_rad(channel, 400, 400), 2 * std::atan(y / laser_mm) / 0.98, 1e-4);
+}
+
 TEST(Crossing, IsNotWhereTheSheetDoesNotReach) {
     const Channel channel = test_support::swept_scanner().channels.front();
     EXPECT_FALSE(swept_crossing(channel, Vector3d(0, 0, -300)));

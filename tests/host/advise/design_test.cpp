@@ -27,6 +27,8 @@ TEST(Design, OfEveryKindGetsAWholeAdvice) {
         EXPECT_TRUE(std::isfinite(made.advice.worst_z_mm())) << name_of(kind);
         EXPECT_GT(made.advice.frames, 10);
         EXPECT_TRUE(made.advice.warnings.empty()) << made.advice.warnings.front();
+        EXPECT_GT(made.advice.worst.snr, 10) << "a corner is not lit";
+        EXPECT_LT(made.advice.method(made.advice.worst).z_mm, 2 * made.advice.worst_z_mm());
     }
 }
 

@@ -63,12 +63,14 @@ std::vector<JsonResult> waists_json(const Advice& advice) {
     return waists;
 }
 
-JsonResult occlusion_json(const Occlusion& seen) {
+JsonResult occlusion_json(const Occlusion& seen, double hole_width_mm) {
     return JsonResult()
         .set("hemisphere_share", seen.hemisphere_share)
         .set("steepest_wall_rad", seen.steepest_wall_rad)
         .set("hole_depth_per_width", seen.hole_depth_per_width)
-        .set("best_hole_depth_per_width", seen.best_hole_depth_per_width);
+        .set("best_hole_depth_per_width", seen.best_hole_depth_per_width)
+        .set("hole_width_mm", hole_width_mm)
+        .set("hole_depth_mm", seen.hole_depth_per_width * hole_width_mm);
 }
 
 }  // namespace
@@ -99,7 +101,7 @@ JsonResult advice_json(const ReportedAdvice& reported) {
         .set("worst", depth_json("worst", advice.worst)
                           .set("point_mm", Eigen::VectorXd(advice.worst.crossing.point_in_camera)))
         .set("waists", waists_json(advice))
-        .set("occlusion", occlusion_json(advice.occlusion))
+        .set("occlusion", occlusion_json(advice.occlusion, reported.scanner.surface.hole_width_mm))
         .set("warnings", advice.warnings);
     if (reported.wanted_sigma_z_mm) {
         result.set("wanted_sigma_z_mm", *reported.wanted_sigma_z_mm)

@@ -150,14 +150,17 @@ void add_waist(const ReportedAdvice& reported, Lines& out) {
 
 void add_occlusion(const ReportedAdvice& reported, Lines& out) {
     const Occlusion& o = reported.advice.occlusion;
+    const double width_mm = reported.scanner.surface.hole_width_mm;
     out.push_back("");
     out.push_back("WHAT CAMERA AND LASER BOTH SEE");
     out.push_back(
-        line("  %.0f %% of a half sphere; walls up to %.0f deg away from the laser; slots "
-             "%.2g times as deep as wide",
-             100 * o.hemisphere_share, o.steepest_wall_rad / kDegree, o.hole_depth_per_width));
-    out.push_back(line("  (%.2g times if the slot faces half-way between camera and laser).",
-                       o.best_hole_depth_per_width));
+        line("  %.0f %% of a half sphere; walls that lean up to %.0f deg away from the laser",
+             100 * o.hemisphere_share, o.steepest_wall_rad / kDegree));
+    out.push_back(
+        line("  a slot %s wide along the stripe down to %s, or %s if it faces half-way between "
+             "camera and laser",
+             length(width_mm).c_str(), length(o.hole_depth_per_width * width_mm).c_str(),
+             length(o.best_hole_depth_per_width * width_mm).c_str()));
 }
 
 void add_wanted(const ReportedAdvice& reported, Lines& out) {

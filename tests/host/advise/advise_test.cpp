@@ -186,6 +186,7 @@ TEST(Advise, NamesWhatIsWrongWithItsInput) {
         {"speckle_contrast", [](AdvisedScanner& s) { s.surface.speckle_contrast = 1.1; }},
         {"ambient_level", [](AdvisedScanner& s) { s.surface.ambient_level = -0.1; }},
         {"reflectance_ratio", [](AdvisedScanner& s) { s.surface.reflectance_ratio = kNaN; }},
+        {"hole_width_mm", [](AdvisedScanner& s) { s.surface.hole_width_mm = 0; }},
         {"travel.to",
          [](AdvisedScanner& s) {
              s.travel = AxisRange{1, 1};

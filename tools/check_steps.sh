@@ -13,7 +13,7 @@ threaded=(firmware/transport firmware/session host/link host/local host/geometry
 
 # Thousands of trials against a bound, or the whole way from frames to a mesh, whose parts have tests
 # of their own: another instrument or CPU adds minutes to them, not knowledge.
-minutes_of_numbers='(Spatial|Temporal)Bound|WithoutSim|SimulatedFramesReachTheBound'
+minutes_of_numbers='(Spatial|Temporal)Bound|WithoutSim|SimulatedFramesReachTheBound|^ImagePaths'
 
 sources() { find firmware host calib sim tests -name '*.h' -o -name '*.cpp'; }
 

@@ -67,8 +67,9 @@ std::string validate(const ScanPlan& plan, const Devices& devices, const Acquire
     if (std::string why = validate(plan); !why.empty()) return why;
     if (plan.mode == StripeMode::spacetime && plan.record != RecordWhat::frames &&
         !options.spacetime_per_pixel)
-        return "mode = spacetime: this machine moves the part against the camera, where spacetime "
-               "needs image paths that this firmware does not follow yet: expected mode = spatial";
+        return "mode = spacetime: this machine moves the part against the camera, where pulses lie "
+               "along image paths, which the host follows: expected record = frames, or mode = "
+               "spatial";
     const AxisInfo axis = devices.axis.info();
     if (plan.from < axis.min_s) return bad("from", plan.from, "", axis.min_s, axis.max_s);
     if (plan.to > axis.max_s) return bad("to", plan.to, "", axis.min_s, axis.max_s);

@@ -12,7 +12,7 @@ namespace stria {
 /// What is known about a pulse beyond its numbers; decimal sums in files.
 enum PulseFlag : std::uint16_t {
     kPulseSaturated = 1,
-    kPulseSpatialFallback = 2,
+    kPulseSpatialFallback = 2,  ///< along paths: width and sigma are px, as of a spatial peak
     kPulseOverlapping = 4,
     kPulseGhostSuspected = 8,
     kPulseWidthOutOfRange = 16,

@@ -7,6 +7,7 @@
 
 #include "firmware/core/axis_log.h"
 #include "firmware/core/frame.h"
+#include "firmware/core/image_paths.h"
 #include "firmware/core/pulse.h"
 #include "firmware/core/scan_plan.h"
 #include "firmware/core/sensor_noise.h"
@@ -78,24 +79,6 @@ struct PulseBand {
     PulseMap map;
     int first_row = 0;
     int full_height = 0;
-};
-
-/// Image path of the surface point under the stripe, on a coarse grid of nodes spread evenly over
-/// the image's pixel centres, row-major. Displacement (px) after ds of axis travel:
-/// u: du_ds ds + d2u_ds2 ds^2 / 2, v alike.
-struct PathTable {
-    std::uint8_t camera_id = 0;
-    std::uint8_t laser_id = 0;
-    int image_width = 0;
-    int image_height = 0;
-    int nodes_x = 0;
-    int nodes_y = 0;
-    std::string model_hash;               ///< of the scanner model that it was computed from
-    std::vector<float> du_ds, dv_ds;      ///< px per unit of s
-    std::vector<float> d2u_ds2, d2v_ds2;  ///< px per unit of s squared
-    std::vector<float> width_s;           ///< expected pulse width, standard deviation, unit of s
-    std::vector<std::uint8_t> valid;      ///< 1: the node sees the sheet inside the valid volume
-    bool operator==(const PathTable&) const = default;
 };
 
 enum class DeviceState : std::uint8_t { idle = 0, running = 1, stopped = 2, failed = 3 };

@@ -139,26 +139,6 @@ std::string validate(const PulseBand& band) {
     return "";
 }
 
-std::string validate(const PathTable& t) {
-    if (std::string why = check_image_size(t.image_width, t.image_height, 8); !why.empty())
-        return why;
-    if (!in(t.nodes_x, 2, kMaxPathNodes)) return bad("nodes_x", t.nodes_x, "2 to 257");
-    if (!in(t.nodes_y, 2, kMaxPathNodes)) return bad("nodes_y", t.nodes_y, "2 to 257");
-    if (!is_short(t.model_hash)) return bad("model_hash", "more", "at most 4096 bytes");
-    const std::size_t nodes =
-        static_cast<std::size_t>(t.nodes_x) * static_cast<std::size_t>(t.nodes_y);
-    for (const auto* column : {&t.du_ds, &t.dv_ds, &t.d2u_ds2, &t.d2v_ds2, &t.width_s}) {
-        if (column->size() != nodes)
-            return bad("path column", std::to_string(column->size()), std::to_string(nodes));
-        if (!all_finite(*column)) return "path column: expected finite numbers";
-    }
-    if (t.valid.size() != nodes)
-        return bad("valid", std::to_string(t.valid.size()), std::to_string(nodes));
-    for (std::uint8_t flag : t.valid)
-        if (flag > 1) return bad("valid", static_cast<int>(flag), "0 or 1");
-    return "";
-}
-
 std::string validate(const Health& health) {
     if (!in(static_cast<int>(health.state), 0, 3))
         return bad("state", static_cast<int>(health.state), "0 to 3");

@@ -9,7 +9,6 @@ namespace stria {
 constexpr std::size_t kMaxFeatures = 1000;
 constexpr std::size_t kMaxText = 4096;                       ///< bytes of a name or sentence
 constexpr std::size_t kMaxModelText = std::size_t{4} << 20;  ///< bytes of a scanner model
-constexpr int kMaxPathNodes = 257;                           ///< a side
 constexpr int kMaxMapWidth = 1'000'000;  ///< frames of a sweep, as a plan allows
 constexpr std::int64_t kMaxMapCells = std::int64_t{1} << 26;
 
@@ -21,7 +20,6 @@ std::string validate(const Snapshot& snapshot);
 std::string validate(const Frame& frame);
 std::string validate(const AxisLog& log);
 std::string validate(const PulseBand& band);
-std::string validate(const PathTable& table);
 std::string validate(const Health& health);
 std::string validate(const End& end);
 std::string validate(const Request& request);

@@ -140,7 +140,8 @@ class Fitter {
     /// Freezes the weights at the present model: Fisher scoring.
     void set_weights() {
         for (int i = 0; i < samples_.count; ++i)
-            variance_[i] = sample_variance(noise_, current_.model[i]);
+            variance_[i] = sample_variance(noise_, current_.model[i]) *
+                           (samples_.interpolated ? samples_.variance_share[i] : 1.0);
     }
 
     double objective(const Evaluation& at) const {

@@ -16,6 +16,10 @@ struct FitSamples {
     std::array<double, kMaxFitSamples> x;
     std::array<double, kMaxFitSamples> y;
     std::array<std::uint8_t, kMaxFitSamples> saturated;  ///< 1: y is full scale, truly more
+    /// Samples interpolated between pixels: variance over that of one pixel, sum of the weights'
+    /// squares. Read only where `interpolated`.
+    std::array<double, kMaxFitSamples> variance_share;
+    bool interpolated = false;
 };
 
 /// Where a fit starts, and between which widths it stays.

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "firmware/stripe/path_spacetime.h"
 #include "firmware/stripe/spacetime.h"
 #include "firmware/stripe/spatial.h"
 #include "host/core/errors.h"
 #include "host/geometry/parallel.h"
 #include "host/io/model_io.h"
+#include "host/scan/path_table.h"
 
 namespace stria {
 namespace {
@@ -19,8 +21,25 @@ namespace {
         "trusted; scan again with a smaller step");
 }
 
-/// Analyses recorded frames as the device would have.
-PulseMap analysed(const RecordingContents& recording, const std::string& name) {
+/// The axis must be known at a frame's own time; frames before and after the log tell nothing.
+PulseMap along_paths(const RecordingContents& recording, const ScannerModel& model,
+                     const std::string& name) {
+    const Frame& first = recording.frames.front();
+    const Channel* channel = find_channel(model, first.camera_id, first.laser_id);
+    if (!channel) throw Error(name + ": the scanner model has no channel for its camera and laser");
+    PathOptions options;
+    options.threads = thread_count();
+    PathAnalyser analyser(make_path_table(*channel, model_hash(model)), first.bits,
+                          recording.snapshot.device.noise, options);
+    for (const Frame& frame : recording.frames)
+        if (const auto axis = position_at(recording.axis_log, frame.row_time(0)))
+            analyser.add(frame, *axis);
+    return analyser.finish();
+}
+
+/// Analyses recorded frames as the plan says.
+PulseMap analysed(const RecordingContents& recording, const std::string& name,
+                  const ScannerModel* model) {
     const auto& frames = recording.frames;
     if (frames.empty()) throw Error(name + ": holds neither pulses nor laser-on frames");
     const Frame& first = frames.front();
@@ -29,6 +48,13 @@ PulseMap analysed(const RecordingContents& recording, const std::string& name) {
         SpatialAnalyser analyser(first.height, noise);
         for (const Frame& frame : frames) analyser.add(frame);
         return analyser.finish();
+    }
+    if (recording.snapshot.device.kind != name_of(MachineKind::swept)) {
+        if (!model)
+            throw Error(name + ": spacetime frames of a " + recording.snapshot.device.kind +
+                        " follow image paths, which need a calibrated model: expected a sweep with "
+                        "mode = \"spatial\" in its plan");
+        return along_paths(recording, *model, name);
     }
     SpacetimeAnalyser analyser(first.width, first.height, first.bits, noise,
                                {.threads = thread_count()});
@@ -63,8 +89,9 @@ PulseMap joined(const std::vector<PulseMap>& maps, const std::string& name) {
 
 }  // namespace
 
-PulseMap pulses_of(const RecordingContents& recording, const std::string& name) {
-    PulseMap map = recording.pulse_maps.empty() ? analysed(recording, name)
+PulseMap pulses_of(const RecordingContents& recording, const std::string& name,
+                   const ScannerModel* model) {
+    PulseMap map = recording.pulse_maps.empty() ? analysed(recording, name, model)
                                                 : joined(recording.pulse_maps, name);
     if (map.undersampled) refuse_undersampled(name);
     if (recording.pulse_maps.empty()) assign_axis_positions(map, recording.axis_log);
@@ -73,7 +100,7 @@ PulseMap pulses_of(const RecordingContents& recording, const std::string& name) 
 
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,
                      const std::string& name) {
-    PulseMap map = pulses_of(recording, name);
+    PulseMap map = pulses_of(recording, name, &model);
     if (const double delay_ns = model.channels.empty() ? 0 : model.channels.front().axis.delay_ns;
         delay_ns != 0)
         assign_axis_positions(map, recording.axis_log, delay_ns);

@@ -7,11 +7,14 @@
 namespace stria {
 
 /// The sweep's pulses: those the device found, or where only frames were recorded, found here as
-/// the plan says. Several maps of one grid (exposures, directions, lasers) are joined cell by cell,
-/// the strongest pulses kept. Throws stria::Error if there is neither, or the sweep was
-/// undersampled.
-/// @param name  stands for the recording in errors
-PulseMap pulses_of(const RecordingContents& recording, const std::string& name);
+/// the plan says; spacetime on a rail or turntable follows the image paths of `model`. Several maps
+/// of one grid (exposures, directions, lasers) are joined cell by cell, the strongest pulses kept.
+/// Throws stria::Error if there is neither, if the sweep was undersampled, or if paths are needed
+/// and no model is known.
+/// @param name   stands for the recording in errors
+/// @param model  nullptr: not known yet
+PulseMap pulses_of(const RecordingContents& recording, const std::string& name,
+                   const ScannerModel* model = nullptr);
 
 /// Range image of a recorded sweep, with the model's clock delay applied and its hash noted.
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,

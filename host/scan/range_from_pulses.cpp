@@ -26,13 +26,33 @@ double sheet_speed(const Channel& channel, const Triangulation& hit, double s) {
     return std::abs(n.dot(hit.d_point_d_s));
 }
 
+/// Spacetime pulses err in time, spatial peaks in place.
+bool errs_in_time(const PulseMap& map, const Pulse& pulse) {
+    return map.mode == StripeMode::spacetime && (pulse.flags & kPulseSpatialFallback) == 0;
+}
+
+/// How the point moves per unit of s that the crossing is misjudged by. A swept pixel stays; on a
+/// rail or turntable the point is followed along its image path meanwhile, so that either moves
+/// along the camera's ray.
+Eigen::Vector3d motion_by_crossing(const Channel& channel, const Triangulation& hit, double s) {
+    if (channel.axis.kind == MachineKind::swept) return hit.d_point_d_s;
+    const double h = channel.axis.kind == MachineKind::turntable ? 1e-5 : 1e-3;  // rad, mm
+    const auto image_at = [&](double at) {
+        return project(channel.camera, scan_from_camera(channel, at).inverse() * hit.point_in_scan);
+    };
+    const auto before = image_at(s - h), after = image_at(s + h);
+    if (!before || !after) return hit.d_point_d_s;
+    const Eigen::Vector2d path = (*after - *before) / (2 * h);
+    return hit.d_point_d_s + path.x() * hit.d_point_d_u + path.y() * hit.d_point_d_v;
+}
+
 double expected_width(const PulseMap& map, const Channel& channel, const Pulse& pulse,
                       const Triangulation& hit) {
     const LaserSheet sheet = sheet_at(channel, pulse.s);
     const Eigen::Vector3d in_camera =
         scan_from_camera(channel, pulse.s).inverse() * hit.point_in_scan;
     const double sigma_mm = sigma_at(sheet, in_camera);
-    if (map.mode == StripeMode::spacetime)
+    if (errs_in_time(map, pulse))
         return 1e9 * sigma_mm / (sheet_speed(channel, hit, pulse.s) * std::abs(pulse.ds_dt));
     return 0;  // a spatial width depends on the surface's tilt: nothing to compare with
 }
@@ -53,7 +73,7 @@ bool better(const Candidate& a, const Candidate& b) {
     return a.pulse->amplitude > b.pulse->amplitude;
 }
 
-RangePoint make_point(const PulseMap& map, const Candidate& candidate,
+RangePoint make_point(const PulseMap& map, const Candidate& candidate, const Channel& channel,
                       const RangeOptions& options) {
     const Pulse& pulse = *candidate.pulse;
     const Triangulation& hit = candidate.hit;
@@ -64,19 +84,20 @@ RangePoint make_point(const PulseMap& map, const Candidate& candidate,
     point.flags = pulse.flags;
     Eigen::Vector3d direction = hit.ray_in_scan;
     double along_mm = 0;
-    if (map.mode == StripeMode::spacetime) {
-        const double sigma_s = std::hypot(pulse.sigma * 1e-9 * pulse.ds_dt, options.axis_sigma_s);
-        along_mm = hit.d_point_d_s.norm() * sigma_s;
-    } else {
+    if (errs_in_time(map, pulse))
+        along_mm = motion_by_crossing(channel, hit, pulse.s).norm() *
+                   std::abs(pulse.sigma * 1e-9 * pulse.ds_dt);
+    else {
         direction = hit.d_point_d_u.normalized();
         if (direction.dot(hit.ray_in_scan) < 0) direction = -direction;
-        const Eigen::Vector3d by_axis = hit.d_point_d_s * options.axis_sigma_s;
-        const double axis_along = by_axis.dot(direction);
-        along_mm = std::hypot(hit.d_point_d_u.norm() * pulse.sigma, axis_along);
-        point.sigma_across_mm = static_cast<float>((by_axis - axis_along * direction).norm());
+        along_mm = hit.d_point_d_u.norm() * pulse.sigma;
     }
+    // A wrong s moves the point by itself, whatever was measured in the images.
+    const Eigen::Vector3d by_axis = hit.d_point_d_s * options.axis_sigma_s;
+    const double axis_along = by_axis.dot(direction);
+    point.sigma_across_mm = static_cast<float>((by_axis - axis_along * direction).norm());
     point.error_direction = direction.cast<float>();
-    point.sigma_mm = static_cast<float>(along_mm);
+    point.sigma_mm = static_cast<float>(std::hypot(along_mm, axis_along));
     return point;
 }
 
@@ -211,14 +232,14 @@ RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
         if (cell.size() > 1) ++statistics.cells_with_choice;
         std::stable_sort(cell.begin(), cell.end(), better);
         image.mask[i] = 1;
-        image.points[i] = make_point(pulses, cell.front(), options);
+        channel = find_channel(model, pulses.camera_id, cell.front().pulse->laser_id);
+        image.points[i] = make_point(pulses, cell.front(), *channel, options);
         pixels[i] = {cell.front().pulse->u, cell.front().pulse->v};
         from = std::min(from, cell.front().pulse->s);
         to = std::max(to, cell.front().pulse->s);
         for (std::size_t k = 1; k < cell.size(); ++k)
             image.further.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint8_t>(k),
-                                     make_point(pulses, cell[k], options)});
-        channel = find_channel(model, pulses.camera_id, cell.front().pulse->laser_id);
+                                     make_point(pulses, cell[k], *channel, options)});
         ++statistics.points;
     }
     if (channel) image.kind = channel->axis.kind;

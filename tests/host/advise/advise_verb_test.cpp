@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/cli/quantity.h"
+#include "host/cli/recording_range.h"
 #include "host/cli/run.h"
 #include "host/io/model_io.h"
 #include "host/io/whole_file.h"
@@ -95,6 +96,34 @@ TEST(AdviseVerb, WritesAPlanThatReadsBack) {
     EXPECT_EQ(advise({"--plan", folder / "plan.toml"}).code, 1) << "it exists";
     ASSERT_EQ(advise({"--kind", "rail", "--plan", folder / "rail.toml", "--quiet"}).code, 0);
     EXPECT_EQ(read_plan(folder / "rail.toml").mode, StripeMode::spatial);
+}
+
+TEST(AdviseVerb, ItsPlanScansTheScene) {
+    const TemporaryFolder folder;
+    Scene scene = built_in_scene();
+    CameraModel& camera = scene.channel.camera;
+    camera.cx += 40 - camera.width / 2.0;
+    camera.cy += 30 - camera.height / 2.0;
+    camera.width = 80;
+    camera.height = 60;
+    scene.objects = {scene.objects[1]};  // the plate behind, 450 mm away
+    write_whole_file(folder / "scene.toml", format_scene(scene));
+    ASSERT_EQ(advise({"--scene", folder / "scene.toml", "--distance", "450", "--depth", "40",
+                      "--plan", folder / "plan.toml"})
+                  .code,
+              0);
+    const char* const simulate[] = {"stria", "simulate", "--quiet", nullptr,
+                                    "--out", nullptr,    "--plan",  nullptr};
+    std::vector<const char*> argv(std::begin(simulate), std::end(simulate));
+    const std::string scene_file = folder / "scene.toml", out = folder / "out",
+                      plan_file = folder / "plan.toml";
+    argv[3] = scene_file.c_str();
+    argv[5] = out.c_str();
+    argv[7] = plan_file.c_str();
+    ASSERT_EQ(run_program(static_cast<int>(argv.size()), argv.data()), 0);
+    const PulseMap pulses = pulses_of(load_recording(folder / "out/recording.stria"), "scan");
+    EXPECT_FALSE(pulses.undersampled);
+    EXPECT_GT(pulses.pulses.size(), 0.9 * 80 * 60);
 }
 
 TEST(AdviseVerb, RefusesAStepAboveTheWidth) {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "host/advise/advise.h"
+#include "host/advise/design.h"
 #include "host/cli/recording_range.h"
 #include "host/local/local_scanner.h"
 #include "sim/scene.h"
@@ -166,6 +166,60 @@ TEST(SimulatedScan, OnARailHasTheSigmaThatWasAdvised) {
                 advice.step, sigma.noise_z_mm, scanned.sigma_mm, scanned.points);
     ASSERT_GT(scanned.points, 5000U);
     EXPECT_NEAR(sigma.noise_z_mm / scanned.sigma_mm, 1, 0.05);
+}
+
+/// A designed scanner as a scene, its middle depth a plate that faces it.
+Scene scene_of(const AdvisedScanner& scanner, const Advice& advice) {
+    Scene scene = plate_at(scanner.middle_mm, scanner.surface.albedo);
+    scene.channel = scanner.channel;
+    const SensorSpec& sensor = scanner.sensor;
+    scene.sensor.pixel_um = sensor.pixel_um;
+    scene.sensor.f_number = sensor.f_number;
+    scene.sensor.full_well_e = sensor.full_well_e;
+    scene.sensor.read_noise_e = sensor.read_noise_e;
+    scene.sensor.bits = sensor.bits;
+    scene.sensor.gain_e_per_dn = gain_e_per_dn(sensor);
+    scene.sensor.black_dn = sensor.black_dn;
+    scene.sensor.quantum_efficiency = sensor.quantum_efficiency;
+    scene.sensor.min_frame_period_us = sensor.frame_period_us;
+    scene.sensor.exposure_us = advice.exposure_us;
+    scene.laser_power_mw = scanner.power_mw;
+    scene.ambient_level = 0;
+    const double spare = 0.2 * (advice.range.to - advice.range.from);
+    scene.axis = {.min = advice.range.from - spare,
+                  .max = advice.range.to + spare,
+                  .max_speed = 100,
+                  .sigma = 0};
+    return scene;
+}
+
+TEST(SimulatedScan, OfADesignIsAsAdvised) {
+    ScannerDesign design;
+    design.width_px = 160;  // a part of the camera
+    design.height_px = 120;
+    design.width_mm = 22;
+    design.depth_mm = 20;
+    design.m_squared = 1;
+    design.sensor.bits = 12;
+    design.sensor.black_dn = 20;
+    design.sensor.perfect_lens = true;
+    design.surface.speckle_contrast = 0;
+    design.waist_sigma_mm = 0.2;
+    for (const double baseline_mm : {100.0, 250.0}) {
+        design.baseline_mm = baseline_mm;
+        const DesignAdvice made = advise_design(design);
+        const Scene scene = scene_of(made.scanner, made.advice);
+        const MethodSigma& sigma = made.advice.middle.spacetime;
+        const Scanned scanned =
+            scan(scene, made.advice, made.scanner.middle_mm, StripeMode::spacetime);
+        std::printf(
+            "design, baseline %.0f mm: sigma z advised %.5f mm, stated %.5f, found %.5f; %zu "
+            "points\n",
+            baseline_mm, sigma.noise_z_mm, scanned.sigma_mm, scanned.error_mm, scanned.points);
+        EXPECT_EQ(scanned.points, 160U * 120U) << "the advised range sweeps the whole field";
+        EXPECT_NEAR(sigma.noise_z_mm / scanned.sigma_mm, 1, 0.05);
+        EXPECT_NEAR(sigma.noise_z_mm / scanned.error_mm, 1, 0.05);
+    }
 }
 
 TEST(SimulatedScan, HasTheSignalThatWasAdvised) {

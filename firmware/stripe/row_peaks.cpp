@@ -47,8 +47,10 @@ void RowPeakFinder::find(const T* row, std::vector<Pulse>& peaks) {
     detect();
     choose_candidates();
     const std::size_t first = peaks.size();
+    places_.clear();
     for (const Candidate& candidate : candidates_)
         if (!is_covered(candidate.x, peaks, first)) fit(candidate, peaks, first);
+    move_to_places(peaks, first);
     const auto begin = peaks.begin() + static_cast<std::ptrdiff_t>(first);
     std::stable_sort(begin, peaks.end(),
                      [](const Pulse& a, const Pulse& b) { return strength(a) > strength(b); });
@@ -155,8 +157,7 @@ bool RowPeakFinder::is_covered(int x, const std::vector<Pulse>& peaks, std::size
         [&](const Pulse& p) { return std::abs(p.u - static_cast<float>(x)) < 3 * p.width + 1; });
 }
 
-void RowPeakFinder::fit(const Candidate& candidate, std::vector<Pulse>& peaks,
-                        std::size_t first) const {
+void RowPeakFinder::fit(const Candidate& candidate, std::vector<Pulse>& peaks, std::size_t first) {
     // Start: highest sample near the candidate, and the width at half its height.
     int top = candidate.x;
     for (int x = std::max(candidate.x - candidate.box, 0);
@@ -215,7 +216,6 @@ void RowPeakFinder::fit(const Candidate& candidate, std::vector<Pulse>& peaks,
         pulse.amplitude = static_cast<float>(fit.amplitude[k]);
         pulse.width = static_cast<float>(fit.width);
         pulse.background = static_cast<float>(fit.background);
-        pulse.sigma = static_cast<float>(fit.sigma[k] * sigma_inflation(fit));
         pulse.chi_square = static_cast<float>(fit.chi_square);
         if (any_saturated) pulse.flags |= kPulseSaturated;
         if (fit.peaks > 1 || fit.unresolved) pulse.flags |= kPulseOverlapping;
@@ -224,7 +224,22 @@ void RowPeakFinder::fit(const Candidate& candidate, std::vector<Pulse>& peaks,
             fit.position[k] + 2 * fit.width > width_ - 0.5)
             pulse.flags |= kPulseImageBorder;
         peaks.push_back(pulse);
+        places_.push_back(place_peak(options_.method, values_, noise_, full_scale_, fit, k));
     }
+}
+
+/// Moves the row's peaks to where the method puts them; one for which it has no answer is dropped.
+/// After all have been found, so that every method sees the same ones.
+void RowPeakFinder::move_to_places(std::vector<Pulse>& peaks, std::size_t first) const {
+    std::size_t kept = first;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+        if (!places_[i]) continue;
+        peaks[kept] = peaks[first + i];
+        peaks[kept].u = static_cast<float>(places_[i]->position);
+        peaks[kept].sigma = static_cast<float>(places_[i]->sigma);
+        ++kept;
+    }
+    peaks.resize(kept);
 }
 
 template void RowPeakFinder::find(const std::uint8_t*, std::vector<Pulse>&);

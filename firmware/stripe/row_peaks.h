@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "firmware/core/pulse.h"
 #include "firmware/core/sensor_noise.h"
+#include "firmware/stripe/peak_methods.h"
 #include "firmware/stripe/spatial.h"
 
 namespace stria {
@@ -36,7 +38,8 @@ class RowPeakFinder {
     void judge(int x, int box, float on_left, float on_right);
     void choose_candidates();
     bool is_covered(int x, const std::vector<Pulse>& peaks, std::size_t first) const;
-    void fit(const Candidate& candidate, std::vector<Pulse>& peaks, std::size_t first) const;
+    void fit(const Candidate& candidate, std::vector<Pulse>& peaks, std::size_t first);
+    void move_to_places(std::vector<Pulse>& peaks, std::size_t first) const;
 
     int width_, full_scale_;
     const SensorNoise noise_;
@@ -48,6 +51,7 @@ class RowPeakFinder {
     std::vector<float> background_;
     std::vector<int> box_;
     std::vector<Candidate> candidates_;
+    std::vector<std::optional<PlacedPeak>> places_;  ///< of the row's peaks, by options.method
 };
 
 }  // namespace stria

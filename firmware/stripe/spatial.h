@@ -5,6 +5,7 @@
 #include "firmware/core/pulse.h"
 #include "firmware/core/sensor_noise.h"
 #include "firmware/stripe/frame_follower.h"
+#include "firmware/stripe/peak_methods.h"
 
 namespace stria {
 
@@ -18,8 +19,10 @@ struct SpatialOptions {
     double max_misfit = 0.2;      ///< rms residual over amplitude above which it is no stripe
     int min_run_rows = 1;         ///< above 1: of a row the peaks on the longest chains through
                                   ///< neighbouring rows are kept, none on a shorter chain
-    int threads = 1;              ///< bands of rows; the result does not depend on it
-    int sequence_step = 1;        ///< analyser: its frames are every so-manieth of the camera
+    /// Where a peak is put; the peaks found, and all else about them, are the same.
+    PeakMethod method = PeakMethod::maximum_likelihood;
+    int threads = 1;        ///< bands of rows; the result does not depend on it
+    int sequence_step = 1;  ///< analyser: its frames are every so-manieth of the camera
 
     /// Throws std::invalid_argument naming field, value and bound.
     void validate() const;
@@ -32,6 +35,8 @@ struct SpatialOptions {
 /// give nothing. Peaks closer than their widths allow to separate are fitted together and flagged.
 /// Saturated samples count as "at least full scale". Sigma is the square root of the Cramer-Rao
 /// bound at the solution, raised by sqrt(chi-square) where chi-square is significantly above 1.
+/// With another options.method u is that method's, sigma what the noise of the samples makes of it
+/// (raised likewise), and a peak for which the method has no answer is left out.
 std::vector<Pulse> find_peaks(const Frame& frame, const SensorNoise& noise,
                               const SpatialOptions& options = {});
 

@@ -46,6 +46,9 @@ class StripeVerb final : public Verb {
         arguments.positional("IMAGES", files_, "images in the order they were taken");
         arguments.choice("--mode", mode_, {"spatial", "spacetime"},
                          "peaks in every image, or pulses of every pixel over the images");
+        arguments.choice("--method", method_, method_names(),
+                         "spatial: how a peak is placed: maximum likelihood, centre of gravity, "
+                         "log-parabola, Blais-Rioux, matched filter, Steger");
         arguments.option("--out", out_, "CSV file to write", true);
         arguments.choice("--axis", axis_, {"rows", "columns"},
                          "spatial: one peak a row, or one a column");
@@ -65,6 +68,7 @@ class StripeVerb final : public Verb {
 
     int run(const Context& context) override {
         context.check_output(out_);
+        check_method();
         StripeImages images(files_, {channel_, axis_ == "columns", times_});
         noise_model_ = noise_.empty() ? estimate_noise(images.sample(8)) : parse_noise(noise_);
         if (!overlay_.empty()) std::filesystem::create_directories(overlay_);
@@ -76,10 +80,24 @@ class StripeVerb final : public Verb {
     }
 
   private:
+    static std::vector<std::string> method_names() {
+        std::vector<std::string> names;
+        for (const PeakMethod method : kPeakMethods) names.emplace_back(name_of(method));
+        return names;
+    }
+
+    void check_method() const {
+        if (mode_ == "spacetime" && method_ != "ml")
+            throw Error("--method " + method_ +
+                        ": expected ml with --mode spacetime, whose pulses are fitted over time; "
+                        "the other methods place peaks of single images (--mode spatial)");
+    }
+
     int run_spatial(const Context& context, StripeImages& images) {
         SpatialOptions options;
         options.min_snr = min_snr_;
         options.max_width_px = max_width_;
+        options.method = peak_method_from(method_).value();  // one of method_names()
         options.min_run_rows = min_run_;
         options.threads = thread_count();
         if (min_amplitude_ > 0) options.min_amplitude_dn = min_amplitude_;
@@ -186,15 +204,15 @@ class StripeVerb final : public Verb {
 
     JsonResult start_result(bool undersampled) const {
         JsonResult result;
-        result.set("mode", mode_).set("undersampled", undersampled);
+        result.set("mode", mode_).set("method", method_).set("undersampled", undersampled);
         result.set("gain_e_per_dn", noise_model_.gain_e_per_dn);
         result.set("read_noise_e", noise_model_.read_noise_e);
         return result;
     }
 
     std::vector<std::string> files_;
-    std::string mode_ = "spatial", out_, axis_ = "rows", times_, channel_ = "auto", noise_,
-                overlay_;
+    std::string mode_ = "spatial", method_ = "ml", out_, axis_ = "rows", times_, channel_ = "auto",
+                noise_, overlay_;
     double min_snr_ = 6.0, min_amplitude_ = 0.0, max_width_ = 12.0;
     int min_run_ = 5;
     SensorNoise noise_model_;

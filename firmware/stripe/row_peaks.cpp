@@ -1,6 +1,7 @@
 #include "firmware/stripe/row_peaks.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
@@ -11,6 +12,15 @@ namespace {
 
 constexpr float kDetectionSnr = 3.5f;  // of box means; the fit applies the caller's min_snr
 constexpr double kFwhmPerSigma = 2.3548;
+
+/// a or b, by their bits: the compiler keeps what might trap behind a branch of its own otherwise,
+/// and then does not vectorise.
+template <typename T>
+T select(bool condition, T a, T b) {
+    const std::int32_t mask = -static_cast<std::int32_t>(condition);
+    return std::bit_cast<T>((std::bit_cast<std::int32_t>(a) & mask) |
+                            (std::bit_cast<std::int32_t>(b) & ~mask));
+}
 
 /// Grows as a matched filter's signal-to-noise.
 float strength(const Pulse& p) { return p.amplitude * std::sqrt(p.width); }
@@ -96,14 +106,14 @@ void RowPeakFinder::detect_at(int box) {
             static_cast<float>(sums[begin - gap] - sums[begin - gap - side]) * per_side;
         const float on_right =
             static_cast<float>(sums[end + gap + side] - sums[end + gap]) * per_side;
-        const float brighter = on_left > on_right ? on_left : on_right;
-        const float light = brighter > black ? brighter - black : 0.0f;
-        const float contrast = mean > brighter + least ? mean - brighter : 0.0f;
+        const float brighter = select(on_left > on_right, on_left, on_right);
+        const float light = select(brighter > black, brighter - black, 0.0f);
+        const float contrast = select(mean > brighter + least, mean - brighter, 0.0f);
         const float answer = contrast * contrast / ((floor + gain * light) * spread);
         const bool better = answer > answers[x];
-        answers[x] = better ? answer : answers[x];
-        backgrounds[x] = better ? 0.5f * (on_left + on_right) : backgrounds[x];
-        boxes[x] = better ? box : boxes[x];
+        answers[x] = select(better, answer, answers[x]);
+        backgrounds[x] = select(better, 0.5f * (on_left + on_right), backgrounds[x]);
+        boxes[x] = select(better, box, boxes[x]);
     }
 }
 

@@ -30,9 +30,8 @@ enum class PeakMethod : std::uint8_t {
     /// left out, and the window grows to two good ones on either flank.
     log_parabola,
     /// Zero crossing of the sums of four samples on either side, linearly interpolated: Blais &
-    /// Rioux (1986), order 8. For w near 1.5; the bias of the interpolation exceeds sigma for w <=
-    /// 1
-    /// from SNR 100 on.
+    /// Rioux (1986), order 8. For w near 1.5. The bias of the interpolation, up to 0.016 px,
+    /// exceeds sigma for w <= 1 at SNR 200.
     blais_rioux,
     /// Greatest normalised correlation with the pixel-integrated Gaussian of the fitted width: zero
     /// crossing of the derivative filter (Forest, Salvi et al. 2004), taken to its end by Newton's
@@ -42,8 +41,7 @@ enum class PeakMethod : std::uint8_t {
     /// Gaussian of w. One-dimensional on purpose: in two dimensions it would average along the
     /// stripe, and the sigmas of neighbouring rows, which everything after treats as independent,
     /// would not be. Its bias, offset^3 / (2 w^2) for an offset of up to half a pixel, exceeds
-    /// sigma
-    /// for w <= 1 from SNR 20, for w <= 2.5 from SNR 100 on.
+    /// sigma for w <= 1 from SNR 20 on, at 1.5 from 50, at 2.5 from 200.
     steger,
 };
 

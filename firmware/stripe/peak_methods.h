@@ -21,7 +21,7 @@ namespace stria {
 enum class PeakMethod : std::uint8_t {
     /// The fit itself: pixel-integrated Gaussian, noise of the sensor, saturation as such.
     maximum_likelihood = 0,
-    /// Centre of gravity over +-3 w. Hardly biased, whatever the symmetric profile; 1.5 to 2.2
+    /// Centre of gravity over +-3 w. Hardly biased, whatever the symmetric profile; 1.7 to 2.6
     /// times the bound, since the flanks weigh most and know least.
     centre_of_gravity,
     /// Parabola through the logarithms of the samples within 1.95 w (15 % of the height; at least

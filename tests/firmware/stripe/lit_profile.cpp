@@ -51,6 +51,24 @@ void for_bright(const std::vector<double>& sums, Function function) {
 
 }  // namespace
 
+LitProfile corner_profile(double degrees, bool roof, double ratio) {
+    LitProfile p;
+    p.footprint = ratio * p.beam_width;
+    const double fall = (roof ? -1 : 1) / std::tan(degrees * M_PI / 360);
+    constexpr double kSide = 90;
+    p.segments = {{-kSide, kSide * fall, 0, 0}, {0, 0, kSide, kSide * fall}};
+    return p;
+}
+
+LitProfile strip_profile(double ratio) {
+    LitProfile p;
+    p.footprint = ratio * p.beam_width;
+    p.beam_step = p.beam_width / 8;
+    const double half = 3 * p.beam_width, floor = -10 * p.beam_width;
+    p.segments = {{-half, 0, half, 0}, {-150, floor, 150, floor}};
+    return p;
+}
+
 int LitProfile::frames() const { return 1 + static_cast<int>(2 * reach / beam_step); }
 
 double LitProfile::height_of(double x, double u) const {

@@ -35,6 +35,12 @@ struct LitProfile {
     double distance(double x, double z) const;
 };
 
+/// A symmetric corner of the given angle at x = 0, its tip up (roof) or down (valley), 90 px wide
+/// on either side. @param ratio  sigma_p over sigma_b
+LitProfile corner_profile(double degrees, bool roof, double ratio);
+/// A strip six beam widths wide over a floor ten below.
+LitProfile strip_profile(double ratio);
+
 /// Where a method puts a point of the profile.
 struct ProfilePoint {
     double x = 0, z = 0;

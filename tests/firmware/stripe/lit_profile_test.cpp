@@ -9,16 +9,6 @@
 namespace stria::test {
 namespace {
 
-/// A symmetric corner of the given angle at x = 0, its tip up (roof) or down (valley).
-LitProfile corner(double degrees, bool roof, double ratio) {
-    LitProfile p;
-    p.footprint = ratio * p.beam_width;
-    const double fall = (roof ? -1 : 1) / std::tan(degrees * M_PI / 360);
-    constexpr double kSide = 90;
-    p.segments = {{-kSide, kSide * fall, 0, 0}, {0, 0, kSide, kSide * fall}};
-    return p;
-}
-
 /// Greatest vertical distance from the corner within two beam widths of its tip, over sigma_b.
 double greatest_error(const LitProfile& p, const std::vector<ProfilePoint>& points) {
     double worst = 0;
@@ -44,7 +34,7 @@ TEST(Corner, SpacetimeErrsByTheFootprintInsteadOfTheBeam) {
     for (const bool roof : {true, false}) {
         for (const double degrees : {170.0, 150.0, 120.0, 90.0}) {
             for (const double ratio : {0.05, 0.13, 0.2}) {
-                const LitProfile p = corner(degrees, roof, ratio);
+                const LitProfile p = corner_profile(degrees, roof, ratio);
                 const ProfileSweep sweep(p);
                 const double spatial = greatest_error(p, sweep.spatial_moments());
                 const double spacetime = greatest_error(p, sweep.spacetime_moments());
@@ -81,15 +71,11 @@ Curl curl_of(const LitProfile& p, const std::vector<ProfilePoint>& points, doubl
     return curl;
 }
 
-/// A strip six beam widths wide over a floor ten below: two edges of the strip, two of its shadow.
+/// Four edges: two of the strip, two of its shadow.
 TEST(EdgeCurl, IsFiveTimesShorterInSpacetime) {
     std::printf("sp/sb | curl over sigma_b (greatest distance): cog peaks, spacetime ml\n");
     for (const double ratio : {0.05, 0.13, 0.2}) {
-        LitProfile p;
-        p.footprint = ratio * p.beam_width;
-        p.beam_step = 0.75;
-        constexpr double kHalf = 18, kFloor = -60;
-        p.segments = {{-kHalf, 0, kHalf, 0}, {-150, kFloor, 150, kFloor}};
+        const LitProfile p = strip_profile(ratio);
         const ProfileSweep sweep(p);
         const double pixel = 1 / std::cos(p.angle);
         const Curl spatial = curl_of(p, sweep.spatial_peaks(2), p.beam_step);
@@ -99,7 +85,7 @@ TEST(EdgeCurl, IsFiveTimesShorterInSpacetime) {
                     spatial.length / spacetime.length);
         EXPECT_LE(5 * spacetime.length, spatial.length);
         EXPECT_LE(spacetime.worst, 5 * ratio);  // of the footprint, where its light fades
-        const double pixels = 2 * 0.9 * kHalf / pixel * LitProfile::kRows;
+        const double pixels = 2 * 0.9 * p.segments[0].x1 / pixel * LitProfile::kRows;
         EXPECT_NEAR(spacetime.on_strip, pixels, LitProfile::kRows);  // one a pixel, one more a row
     }
 }

@@ -2,12 +2,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "firmware/core/frame.h"
 #include "firmware/core/time.h"
 #include "sim/axis_motion.h"
+#include "sim/lens.h"
+#include "sim/pixel_pattern.h"
 #include "sim/scene.h"
 #include "sim/scene_geometry.h"
 #include "sim/stripe_light.h"
@@ -31,8 +35,9 @@ struct Machine {
         std::vector<Exposure> exposures;  ///< of all rows alike, or of each row in turn
         int rows_apart = 0;               ///< 0: alike; else the number of rows
         double s_middle = 0, travel = 0;
-        double seconds = 0;
-        std::int64_t number = 0;  ///< of all frames since power-up
+        std::vector<float> ambient_seconds;  ///< of steady light; of all rows alike, or of each row
+        double seconds = 0;                  ///< the exposure
+        std::int64_t number = 0;             ///< of all frames since power-up
     };
 
     Machine(const Scene& given, std::uint64_t mixed_seed);
@@ -64,10 +69,28 @@ struct Machine {
 
   private:
     void add_exposures(TimeNs begin, TimeNs end, std::vector<Exposure>& out) const;
-    void render_block(const LightBlock& block, const Shot& shot, Frame& frame) const;
+    std::vector<float> ambient_seconds(TimeNs true_start) const;
+    /// Light of the laser in a block's pixels, electrons, added to `electrons`.
+    void add_laser(const LightBlock& block, const Shot& shot, int width,
+                   std::span<float> electrons) const;
+    void render_sharp(const LightBlock& block, const Shot& shot, Frame& frame) const;
+    void render_blurred(const std::vector<LightBlock>& blocks, const Shot& shot, Frame& frame);
+    /// Electrons of rows from row_begin on, the pattern still to come, to pixels of the frame.
+    void convert(std::span<float> electrons, int row_begin, const Shot& shot, Frame& frame) const;
 
+    /// A picture of the light before and after the lens's spread.
+    struct Blur {
+        SpotSpread spread;
+        std::vector<std::uint16_t> spots;
+        std::vector<float> ambient;  ///< electrons a second, spread
+        std::vector<float> laser;    ///< electrons of one frame, not yet spread
+    };
+
+    const PixelPattern pattern_;
     std::vector<LightBlock> swept_light_;
     int swept_light_view_ = -1;
+    std::unique_ptr<Blur> blur_;  ///< null for a sharp lens
+    void spread_ambient(const std::vector<LightBlock>& blocks, int width, int height);
 };
 
 }  // namespace stria

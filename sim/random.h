@@ -43,6 +43,15 @@ inline double normal(std::uint64_t seed, std::uint64_t stream, std::uint64_t cou
 }
 
 /// What the streams of one seed are for.
-enum Stream : std::uint64_t { kPixelNoise = 1, kAxisLog, kDroppedFrames, kFrameJitter, kNominal };
+enum Stream : std::uint64_t {
+    kPixelNoise = 1,
+    kAxisLog,
+    kDroppedFrames,
+    kFrameJitter,
+    kNominal,
+    kPixelGain,
+    kPixelDark,
+    kDuplicatedFrames
+};
 
 }  // namespace stria::counter_random

@@ -36,6 +36,32 @@ std::string validate_sensor(const SceneSensor& sensor) {
     if (!(sensor.f_number > 0)) return wrong("sensor.f_number", sensor.f_number, "above 0");
     if (!(sensor.quantum_efficiency > 0 && sensor.quantum_efficiency <= 1))
         return wrong("sensor.quantum_efficiency", sensor.quantum_efficiency, "above 0, at most 1");
+    if (!(sensor.prnu >= 0 && sensor.prnu <= 0.1))
+        return wrong("sensor.prnu", sensor.prnu, "0 to 0.1");
+    if (!(sensor.dsnu_e >= 0 && sensor.dsnu_e <= 1000))
+        return wrong("sensor.dsnu_e", sensor.dsnu_e, "0 to 1000");
+    if (!(sensor.dark_current_e_per_s >= 0 && sensor.dark_current_e_per_s <= 1e5))
+        return wrong("sensor.dark_current_e_per_s", sensor.dark_current_e_per_s, "0 to 1e5");
+    if (!(sensor.gamma >= 0.3 && sensor.gamma <= 3))
+        return wrong("sensor.gamma", sensor.gamma, "0.3 to 3");
+    return "";
+}
+
+std::string validate_lens_and_flicker(const Scene& scene) {
+    const SceneLens& lens = scene.lens;
+    if (!(lens.psf_sigma_px >= 0 && lens.psf_sigma_px <= 8))
+        return wrong("lens.psf_sigma_px", lens.psf_sigma_px, "0 to 8");
+    const double focal_mm = scene.channel.camera.fx * scene.sensor.pixel_um * 1e-3;
+    if (!(lens.focus_mm == 0 || (lens.focus_mm > 2 * focal_mm && lens.focus_mm <= 1e6)))
+        return wrong(
+            "lens.focus_mm", lens.focus_mm,
+            "0 or more than twice the focal length, " + std::to_string(2 * focal_mm) + ", to 1e6");
+    if (!(lens.corner_loss >= 0 && lens.corner_loss <= 0.95))
+        return wrong("lens.corner_loss", lens.corner_loss, "0 to 0.95");
+    if (!(scene.flicker.hz >= 1 && scene.flicker.hz <= 10000))
+        return wrong("ambient.flicker_hz", scene.flicker.hz, "1 to 10000");
+    if (!(scene.flicker.depth >= 0 && scene.flicker.depth <= 1))
+        return wrong("ambient.flicker_depth", scene.flicker.depth, "0 to 1");
     return "";
 }
 
@@ -132,6 +158,7 @@ std::string validate(const Scene& scene) {
         return "camera: " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
                " pixels: expected at most " + std::to_string(kMostPixels) + " in all";
     if (std::string why = validate_sensor(scene.sensor); !why.empty()) return why;
+    if (std::string why = validate_lens_and_flicker(scene); !why.empty()) return why;
     if (std::string why = validate_laser_and_axis(scene); !why.empty()) return why;
     for (const SceneObject& object : scene.objects)
         if (std::string why = validate_object(object); !why.empty()) return why;
@@ -145,10 +172,15 @@ std::string validate(const Scene& scene) {
     const SceneFault& fault = scene.fault;
     if (!(fault.drop_frame_probability >= 0 && fault.drop_frame_probability < 1))
         return wrong("fault.drop_frame_probability", fault.drop_frame_probability, "0 to below 1");
+    if (!(fault.duplicate_frame_probability >= 0 && fault.duplicate_frame_probability <= 1))
+        return wrong("fault.duplicate_frame_probability", fault.duplicate_frame_probability,
+                     "0 to 1");
     if (!(fault.timing_jitter_us >= 0))
         return wrong("fault.timing_jitter_us", fault.timing_jitter_us, "0 or more");
     return "";
 }
+
+bool is_blurred(const SceneLens& lens) { return lens.psf_sigma_px > 0 || lens.focus_mm > 0; }
 
 int view_count(const Scene& scene) { return std::max(1, static_cast<int>(scene.views.size())); }
 

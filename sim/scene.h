@@ -29,6 +29,28 @@ struct SceneSensor {
     double f_number = 8;              ///< of the lens
     double quantum_efficiency = 0.5;  ///< electrons per photon
     bool noise = true;                ///< false: expected values, still quantised and clipped
+    double prnu = 0;    ///< relative standard deviation of the pixels' sensitivity, 0..0.1
+    double dsnu_e = 0;  ///< standard deviation of the pixels' dark offsets, electrons, 0..1000
+    double dark_current_e_per_s =
+        0;  ///< electrons a second and pixel, with their shot noise; 0..1e5
+    double gamma =
+        1;  ///< response (DN - black) / (top - black) = (linear)^gamma, 0.3..3; 1: linear
+};
+
+/// [lens]: how the picture differs from a pinhole's. All off by default.
+struct SceneLens {
+    double psf_sigma_px = 0;  ///< standard deviation of its spot in focus, 0..8
+    double focus_mm = 0;      ///< depth (camera z) in focus, 0: every depth is
+    bool cos4 = false;        ///< natural vignetting, cos^4 of the angle from the axis
+    double corner_loss =
+        0;  ///< share of light lost in the farthest corner, growing as r^2; 0..0.95
+};
+
+/// [ambient]: even light from all sides, level (1 + flicker_depth cos(2 pi flicker_hz t)), t the
+/// device's true time.
+struct SceneFlicker {
+    double hz = 100;   ///< twice the mains frequency for lamps, 1..10000
+    double depth = 0;  ///< 0: steady .. 1
 };
 
 /// [axis]: AxisModel holds direction, mirror, table and delay; this is the drive.
@@ -91,6 +113,8 @@ struct SceneNominal {
 /// [fault]: what goes wrong.
 struct SceneFault {
     double drop_frame_probability = 0;  ///< each frame's chance to be lost (a gap in the sequence)
+    /// Each frame's chance to be delivered a second time, number, stamp and pixels alike.
+    double duplicate_frame_probability = 0;
     double timing_jitter_us = 0;  ///< standard deviation of a frame's true start about its stamp
     double interlock_opens_at_s = -1;         ///< device time; negative: never
     std::int64_t camera_stops_at_frame = -1;  ///< sequence of the first frame never sent; -1: none
@@ -100,11 +124,13 @@ struct Scene {
     std::uint64_t seed = 1;
     Channel channel;  ///< the true geometry: camera, sheet (as it leaves the laser), axis
     SceneSensor sensor;
+    SceneLens lens;
     double laser_power_mw = 30;  ///< in the sheet, at power 1
     SceneAxis axis;
     std::vector<SceneObject> objects;
     std::vector<SceneView> views;  ///< empty: one, with every object where its own pose says
     double ambient_level = 0;      ///< share of full scale on albedo 1 at the sensor's exposure_us
+    SceneFlicker flicker;          ///< of that light
     SceneNominal nominal;
     SceneFault fault;
 };
@@ -125,6 +151,8 @@ Scene built_in_scene();
 /// Empty if it can be simulated, else what is wrong (field, value, bound).
 std::string validate(const Scene& scene);
 
+/// Whether the lens spreads a point's light at all.
+bool is_blurred(const SceneLens& lens);
 /// Number of views, at least 1.
 int view_count(const Scene& scene);
 /// DN that cannot be exceeded: the lower of full well and converter, in electrons.

@@ -88,7 +88,21 @@ SceneSensor parse_sensor(TomlTable table) {
     sensor.f_number = table.number("f_number", usual.f_number);
     sensor.quantum_efficiency = table.number("quantum_efficiency", usual.quantum_efficiency);
     sensor.noise = table.boolean("noise", usual.noise);
+    sensor.prnu = table.number("prnu", usual.prnu);
+    sensor.dsnu_e = table.number("dsnu_e", usual.dsnu_e);
+    sensor.dark_current_e_per_s = table.number("dark_current_e_per_s", usual.dark_current_e_per_s);
+    sensor.gamma = table.number("gamma", usual.gamma);
     return sensor;
+}
+
+SceneLens parse_lens(TomlTable table) {
+    const SceneLens usual;
+    SceneLens lens;
+    lens.psf_sigma_px = table.number("psf_sigma_px", usual.psf_sigma_px);
+    lens.focus_mm = table.number("focus_mm", usual.focus_mm);
+    lens.cos4 = table.boolean("cos4", usual.cos4);
+    lens.corner_loss = table.number("corner_loss", usual.corner_loss);
+    return lens;
 }
 
 void parse_laser(TomlTable table, Scene& scene) {
@@ -200,7 +214,11 @@ SceneView parse_view(TomlTable& table, std::size_t number) {
 }
 
 void parse_extras(TomlTable& root, Scene& scene) {
-    if (auto table = root.find_table("ambient")) scene.ambient_level = table->number("level");
+    if (auto table = root.find_table("ambient")) {
+        scene.ambient_level = table->number("level");
+        scene.flicker.hz = table->number("flicker_hz", scene.flicker.hz);
+        scene.flicker.depth = table->number("flicker_depth", scene.flicker.depth);
+    }
     if (auto table = root.find_table("nominal")) {
         SceneNominal& nominal = scene.nominal;
         nominal.rotation_sigma_rad =
@@ -212,6 +230,7 @@ void parse_extras(TomlTable& root, Scene& scene) {
     if (auto table = root.find_table("fault")) {
         SceneFault& fault = scene.fault;
         fault.drop_frame_probability = table->number("drop_frame_probability", 0);
+        fault.duplicate_frame_probability = table->number("duplicate_frame_probability", 0);
         fault.timing_jitter_us = table->number("timing_jitter_us", 0);
         fault.interlock_opens_at_s = table->number("interlock_opens_at_s", -1);
         fault.camera_stops_at_frame = table->integer("camera_stops_at_frame", -1);
@@ -291,7 +310,16 @@ void format_camera_and_sensor(const Scene& scene, std::string& text) {
         .number("pixel_um", sensor.pixel_um)
         .number("f_number", sensor.f_number)
         .number("quantum_efficiency", sensor.quantum_efficiency)
-        .line("noise", sensor.noise ? "true" : "false");
+        .line("noise", sensor.noise ? "true" : "false")
+        .number("prnu", sensor.prnu)
+        .number("dsnu_e", sensor.dsnu_e)
+        .number("dark_current_e_per_s", sensor.dark_current_e_per_s)
+        .number("gamma", sensor.gamma);
+    TableText(text, "[lens]")
+        .number("psf_sigma_px", scene.lens.psf_sigma_px)
+        .number("focus_mm", scene.lens.focus_mm)
+        .line("cos4", scene.lens.cos4 ? "true" : "false")
+        .number("corner_loss", scene.lens.corner_loss);
 }
 
 void format_laser_and_axis(const Scene& scene, std::string& text) {
@@ -386,6 +414,7 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::s
     scene.channel.axis.kind = *machine;
     scene.channel.camera = parse_camera(root.table("camera"));
     if (auto sensor = root.find_table("sensor")) scene.sensor = parse_sensor(std::move(*sensor));
+    if (auto lens = root.find_table("lens")) scene.lens = parse_lens(std::move(*lens));
     parse_laser(root.table("laser"), scene);
     parse_axis(root.table("axis"), scene);
     for (TomlTable& object : root.tables("object"))
@@ -409,13 +438,17 @@ std::string format_scene(const Scene& scene) {
     TableText(text, "[scanner]").line("kind", quoted(name_of(scene.channel.axis.kind)));
     format_camera_and_sensor(scene, text);
     format_laser_and_axis(scene, text);
-    TableText(text, "[ambient]").number("level", scene.ambient_level);
+    TableText(text, "[ambient]")
+        .number("level", scene.ambient_level)
+        .number("flicker_hz", scene.flicker.hz)
+        .number("flicker_depth", scene.flicker.depth);
     TableText(text, "[nominal]")
         .number("rotation_sigma_rad", scene.nominal.rotation_sigma_rad)
         .number("position_sigma_mm", scene.nominal.position_sigma_mm)
         .number("focal_relative_sigma", scene.nominal.focal_relative_sigma);
     TableText(text, "[fault]")
         .number("drop_frame_probability", scene.fault.drop_frame_probability)
+        .number("duplicate_frame_probability", scene.fault.duplicate_frame_probability)
         .number("timing_jitter_us", scene.fault.timing_jitter_us)
         .number("interlock_opens_at_s", scene.fault.interlock_opens_at_s)
         .line("camera_stops_at_frame", std::to_string(scene.fault.camera_stops_at_frame));

@@ -195,13 +195,45 @@ void store(const std::int32_t* dn, std::size_t count, bool wide, std::uint8_t* o
     std::memcpy(out, samples, count * sizeof(std::uint16_t));
 }
 
+constexpr int kFine = 64;  ///< steps a DN before the response curve
+
+Converter plain_converter(const SceneSensor& sensor) {
+    return {.full_well = static_cast<float>(sensor.full_well_e),
+            .read_noise = static_cast<float>(sensor.read_noise_e),
+            .dn_per_e = static_cast<float>(1.0 / sensor.gain_e_per_dn),
+            .black_plus_half = static_cast<float>(sensor.black_dn + 0.5),
+            .top_dn = static_cast<float>((1 << sensor.bits) - 1)};
+}
+
+/// Fine steps above a pedestal, so that offsets and noise below black are not cut off yet.
+int pedestal_dn(const SceneSensor& sensor) { return 1 << sensor.bits; }
+
+Converter fine_converter(const SceneSensor& sensor) {
+    Converter c = plain_converter(sensor);
+    c.dn_per_e *= kFine;
+    c.black_plus_half = static_cast<float>((sensor.black_dn + pedestal_dn(sensor)) * kFine + 0.5);
+    c.top_dn = static_cast<float>(4 * pedestal_dn(sensor) * kFine);
+    return c;
+}
+
+/// Offsets, response curve, rounding and clipping of fine steps, in place.
+void finish_fine(const SceneSensor& sensor, std::span<const float> offset_e, std::int32_t* dn,
+                 std::size_t count) {
+    const double top = (1 << sensor.bits) - 1, black = sensor.black_dn;
+    for (std::size_t i = 0; i < count; ++i) {
+        double value = static_cast<double>(dn[i]) / kFine - pedestal_dn(sensor);
+        if (!offset_e.empty()) value += static_cast<double>(offset_e[i]) / sensor.gain_e_per_dn;
+        if (sensor.gamma != 1 && value > black)
+            value = black + (top - black) * std::pow((value - black) / (top - black), sensor.gamma);
+        dn[i] = static_cast<std::int32_t>(std::clamp(std::floor(value + 0.5), 0.0, top));
+    }
+}
+
 void digitise_with(NoisyRun noisy, const SceneSensor& sensor, NoiseKey key,
-                   std::uint32_t first_pixel, std::span<const float> electrons, std::uint8_t* out) {
-    const Converter c{.full_well = static_cast<float>(sensor.full_well_e),
-                      .read_noise = static_cast<float>(sensor.read_noise_e),
-                      .dn_per_e = static_cast<float>(1.0 / sensor.gain_e_per_dn),
-                      .black_plus_half = static_cast<float>(sensor.black_dn + 0.5),
-                      .top_dn = static_cast<float>((1 << sensor.bits) - 1)};
+                   std::uint32_t first_pixel, std::span<const float> electrons, std::uint8_t* out,
+                   std::span<const float> offset_e) {
+    const bool fine = !offset_e.empty() || sensor.gamma != 1;
+    const Converter c = fine ? fine_converter(sensor) : plain_converter(sensor);
     const bool wide = sensor.bits > 8;
     std::int32_t dn[kRun];
     for (std::size_t begin = 0; begin < electrons.size(); begin += kRun) {
@@ -214,6 +246,9 @@ void digitise_with(NoisyRun noisy, const SceneSensor& sensor, NoiseKey key,
         } else {
             exact_run(c, light, dn, count);
         }
+        if (fine)
+            finish_fine(sensor, offset_e.empty() ? offset_e : offset_e.subspan(begin, count), dn,
+                        count);
         store(dn, count, wide, out + begin * (wide ? 2 : 1));
     }
 }
@@ -228,14 +263,15 @@ NoiseKey noise_key(std::uint64_t seed, int view, std::int64_t frame) {
 }
 
 void digitise(const SceneSensor& sensor, NoiseKey key, std::uint32_t first_pixel,
-              std::span<const float> electrons, std::uint8_t* dn) {
+              std::span<const float> electrons, std::uint8_t* dn, std::span<const float> offset_e) {
     static const NoisyRun kBest = best_noisy_run();
-    digitise_with(kBest, sensor, key, first_pixel, electrons, dn);
+    digitise_with(kBest, sensor, key, first_pixel, electrons, dn, offset_e);
 }
 
 void digitise_portably(const SceneSensor& sensor, NoiseKey key, std::uint32_t first_pixel,
-                       std::span<const float> electrons, std::uint8_t* dn) {
-    digitise_with(noisy_portable, sensor, key, first_pixel, electrons, dn);
+                       std::span<const float> electrons, std::uint8_t* dn,
+                       std::span<const float> offset_e) {
+    digitise_with(noisy_portable, sensor, key, first_pixel, electrons, dn, offset_e);
 }
 
 }  // namespace stria

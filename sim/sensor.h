@@ -17,11 +17,16 @@ NoiseKey noise_key(std::uint64_t seed, int view, std::int64_t frame);
 /// clipping (EMVA 1288 linear model). `dn` receives one byte a pixel, or two (native order) where
 /// the sensor has more than 8 bits.
 /// @param first_pixel  index in the frame of the first one: same numbers however a frame is cut
+/// @param offset_e     of the pixels, electrons, added after all noise; empty: none
+/// With an offset or a gamma other than 1 the signal is converted to 1/64 DN first, then comes the
+/// response curve, then rounding and clipping.
 void digitise(const SceneSensor& sensor, NoiseKey key, std::uint32_t first_pixel,
-              std::span<const float> electrons, std::uint8_t* dn);
+              std::span<const float> electrons, std::uint8_t* dn,
+              std::span<const float> offset_e = {});
 
 /// The portable version of digitise, which its vector versions must equal to the bit.
 void digitise_portably(const SceneSensor& sensor, NoiseKey key, std::uint32_t first_pixel,
-                       std::span<const float> electrons, std::uint8_t* dn);
+                       std::span<const float> electrons, std::uint8_t* dn,
+                       std::span<const float> offset_e = {});
 
 }  // namespace stria

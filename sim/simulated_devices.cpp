@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "sim/random.h"
@@ -81,6 +82,11 @@ class SimCamera final : public Camera {
         {
             const std::lock_guard lock(machine_.mutex);
             if (!machine_.running) return Failure{"camera: is stopped"};
+            if (again_) {
+                frame = *again_;
+                again_.reset();
+                return {};
+            }
             if (Status found = find_frame(deadline_ns); !found) return found;
             describe(frame);
             shot =
@@ -88,6 +94,7 @@ class SimCamera final : public Camera {
             ++machine_.next_sequence;
         }
         machine_.render(shot, frame);
+        if (is_duplicated(shot.number)) again_ = frame;
         return {};
     }
 
@@ -95,10 +102,17 @@ class SimCamera final : public Camera {
         const std::lock_guard lock(machine_.mutex);
         if (machine_.running) machine_.frames_of_before += machine_.next_sequence;
         machine_.running = false;
+        again_.reset();
         return {};
     }
 
   private:
+    bool is_duplicated(std::int64_t number) const {
+        const double share = machine_.scene.fault.duplicate_frame_probability;
+        return share > 0 &&
+               counter_random::uniform(machine_.seed, counter_random::kDuplicatedFrames,
+                                       static_cast<std::uint64_t>(number)) < share;
+    }
     bool is_dropped(std::int64_t number) const {
         const double share = machine_.scene.fault.drop_frame_probability;
         return share > 0 && counter_random::uniform(machine_.seed, counter_random::kDroppedFrames,
@@ -148,6 +162,7 @@ class SimCamera final : public Camera {
 
     Machine& machine_;
     TimeNs nominal_start_ = 0, true_start_ = 0;
+    std::optional<Frame> again_;  ///< the last frame, to be delivered once more
 };
 
 class SimLaser final : public Laser {

@@ -24,6 +24,7 @@ struct Exposure {
 struct LightBlock {
     int row_begin = 0, row_end = 0;
     std::vector<float> ambient;            ///< electrons a second, one a pixel
+    std::vector<std::uint16_t> spots;      ///< SpotSpread's index, one a pixel; empty: all sharp
     std::vector<StripeLight> lights;       ///< in bins of s0
     std::vector<std::uint32_t> bin_begin;  ///< one more than bins
     double first_bin_s = 0, bin_width = 0;

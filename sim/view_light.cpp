@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/geometry/parallel.h"
+#include "sim/lens.h"
 
 namespace stria {
 namespace {
@@ -17,6 +18,12 @@ constexpr float kAmbientStep = 0.1F, kRateStep = 0.3F;
 constexpr double kFinePart = 0.5;  ///< beam sigmas a part of the footprint may span
 constexpr int kMostParts = 8;
 constexpr double kBesidePixels = 6;  ///< of the sheet within which a pixel is looked at closely
+
+Scene without_objects(Scene scene) {
+    scene.objects.clear();
+    scene.views.clear();
+    return scene;
+}
 
 bool differs(float a, float b, float step) { return std::abs(a - b) > step * std::max(a, b); }
 
@@ -32,6 +39,8 @@ ViewLight::ViewLight(const Scene& scene, const SceneGeometry& geometry)
     : geometry_(geometry),
       beam_(scene),
       is_swept_(scene.channel.axis.kind == MachineKind::swept),
+      optics_(without_objects(scene)),
+      is_blurred_(is_blurred(scene.lens)),
       width_(scene.channel.camera.width),
       height_(scene.channel.camera.height),
       rays_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {
@@ -57,6 +66,9 @@ RayLight ViewLight::judge(const SurfaceHit& hit, const Moment& moment, double gu
     light.judged = hit.object < 0;  // nothing there: known to be dark
     if (light.judged) return light;
     light.ambient = static_cast<float>(beam_.ambient_rate()) * hit.albedo;
+    if (is_blurred_)
+        light.spot = SpotSpread::index_of(
+            spot_sigma_px(optics_, (moment.head.camera_from_world * hit.point).z()));
 
     BeamAtPoint beam;
     if (is_swept_) {
@@ -223,10 +235,12 @@ std::vector<LightBlock> ViewLight::collect(const Moment& moment) const {
             block.row_begin = static_cast<int>(b) * kBlockRows;
             block.row_end = std::min(height_, block.row_begin + kBlockRows);
             block.ambient.resize(width * static_cast<std::size_t>(block.row_end - block.row_begin));
+            if (is_blurred_) block.spots.reserve(block.ambient.size());
             for (int y = block.row_begin; y < block.row_end; ++y)
                 for (int x = 0; x < width_; ++x) {
                     const RayLight& here =
                         image[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)];
+                    if (is_blurred_) block.spots.push_back(here.spot);
                     if (is_uneven(image, x, y))
                         add_uneven(x, y, moment, here.judged ? here.position : 0, block);
                     else

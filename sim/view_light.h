@@ -18,13 +18,15 @@ struct RayLight {
     float rate = 0;     ///< electrons a second at the beam's centre; 0 if dark or in shadow
     float ambient = 0;  ///< electrons a second
     std::int16_t object = -1;
-    bool judged = false;  ///< the beam is near enough for rate to be known
+    bool judged = false;     ///< the beam is near enough for rate to be known
+    std::uint16_t spot = 0;  ///< SpotSpread's index for its depth
 };
 
 /// Turns a scene into the light of every pixel. One ray a pixel; where neighbours tell of an edge,
 /// a shadow, a crease or a texture's border, 16 rays in strata (each column and each row of the
 /// pixel's sixteenths holds one). Where the surface is smooth the pixel's footprint is cut into
-/// parts no longer than half a beam width, each with its variance added to the beam's.
+/// parts no longer than half a beam width, each with its variance added to the beam's. With a lens
+/// that blurs every pixel also gets the spot of the depth at its centre.
 class ViewLight {
   public:
     ViewLight(const Scene& scene, const SceneGeometry& geometry);
@@ -47,6 +49,8 @@ class ViewLight {
     const SceneGeometry& geometry_;
     Beam beam_;
     bool is_swept_;
+    Scene optics_;  ///< without objects and views; lens and camera decide the spots
+    bool is_blurred_;
     int width_, height_;
     std::vector<Eigen::Vector3d> rays_;  ///< of pixel centres, camera frame
 };

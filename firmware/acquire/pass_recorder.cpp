@@ -59,7 +59,11 @@ Status PassRecorder::take(Frame& frame, AcquireSink& sink) {
     frame.laser_id = pass_.laser_id;
     frame.laser_power = static_cast<float>(plan_.laser_power);
     frame.exposure_index = pass_.exposure_index;
-    if (last_sequence_) frames_dropped_ += frame.sequence - *last_sequence_ - 1;
+    if (last_sequence_) {
+        const std::uint32_t ahead = frame.sequence - *last_sequence_;  // wraps as the counter
+        if (ahead == 0 || ahead > 0x7fffffffu) return {};              // delivered once more
+        frames_dropped_ += ahead - 1;
+    }
     last_sequence_ = frame.sequence;
     ++frames_;
     try {

@@ -164,6 +164,16 @@ TEST_F(Acquire, CountsLostFrames) {
     EXPECT_EQ(sink.maps[0].frames_dropped, 1U);
 }
 
+TEST_F(Acquire, TakesAFrameOnceThatComesTwice) {
+    machine.repeat_frame = 15;
+    const AcquireReport report = run(small_plan());
+    EXPECT_TRUE(report.complete);
+    EXPECT_EQ(report.status.frames_dropped, 0U);
+    EXPECT_EQ(sink.maps[0].frames_dropped, 0U);
+    for (std::size_t i = 1; i < sink.frames.size(); ++i)
+        EXPECT_EQ(sink.frames[i].sequence, sink.frames[i - 1].sequence + 1);
+}
+
 // The safe state from every step: whichever device call fails, the laser ends off.
 TEST_F(Acquire, EveryFailingCallEndsInTheSafeState) {
     ScanPlan plan = small_plan();

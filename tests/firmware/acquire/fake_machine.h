@@ -19,6 +19,7 @@ class FakeMachine {
     bool swept = false;
     TimeNs interlock_opens_at = -1;       ///< never
     int drop_frame = -1;                  ///< sequence that the camera skips, in every stream
+    int repeat_frame = -1;                ///< sequence that it gives twice, in every stream
     std::int64_t silent_from_frame = -1;  ///< frame, counted over all streams
     double axis_stalls_at = 1e300;        ///< s
     std::function<void()> on_frame = [] {};
@@ -116,7 +117,10 @@ class FakeMachine {
             const TimeNs begin = m.stream_begin_ + m.next_in_stream_ * m.settings_.frame_period_ns;
             m.advance(begin + m.settings_.exposure_ns);
             m.expose(frame, begin);
-            frame.sequence = static_cast<std::uint32_t>(m.next_in_stream_++);
+            frame.sequence = static_cast<std::uint32_t>(m.next_in_stream_);
+            if (m.next_in_stream_ != m.repeat_frame || m.repeated_) ++m.next_in_stream_;
+            m.repeated_ =
+                m.next_in_stream_ == m.repeat_frame && frame.sequence == m.next_in_stream_;
             ++m.frames_given_;
             return {};
         }
@@ -200,6 +204,7 @@ class FakeMachine {
 
     CameraSettings settings_{kNsPerMs, 2 * kNsPerMs};
     TimeNs next_log_ = kNsPerSecond, stream_begin_ = 0, sweep_begin_ = 0;
+    bool repeated_ = false;
     std::int64_t next_in_stream_ = 0, frames_given_ = 0;
     double power_ = 0, rest_s_ = 0, speed_ = 0, sweep_from_ = 0, sweep_to_ = 0;
     bool moving_ = false;

@@ -35,13 +35,22 @@ float Machine::power_at(TimeNs time) const {
     return power;
 }
 
+double Machine::true_position(TimeNs time) const {
+    const double logged = motion.position(time - ns_from_us(scene.axis.lag_us));
+    if (scene.axis.periodic_error == 0) return logged;
+    return logged + scene.axis.periodic_error *
+                        std::sin(2 * std::numbers::pi * logged / scene.axis.periodic_length);
+}
+
 TimeNs Machine::readout_ns() const {
     return ns_from_us(scene.sensor.row_time_us) * (scene.channel.camera.height - 1);
 }
 
 /// Cuts [begin, end) where laser or axis change, so that each part is steady.
 void Machine::add_exposures(TimeNs begin, TimeNs end, std::vector<Exposure>& out) const {
-    std::vector<TimeNs> cuts = motion.corners(begin, end);
+    const TimeNs lag = ns_from_us(scene.axis.lag_us);
+    std::vector<TimeNs> cuts = motion.corners(begin - lag, end - lag);
+    for (TimeNs& cut : cuts) cut += lag;
     for (const PowerChange& change : powers) cuts.push_back(change.time);
     cuts.push_back(interlock_opens_ns());
     cuts.push_back(begin);
@@ -52,7 +61,7 @@ void Machine::add_exposures(TimeNs begin, TimeNs end, std::vector<Exposure>& out
         if (from < begin || to > end || from == to) continue;
         const float power = power_at(from);
         if (power > 0)
-            out.push_back({motion.position(from), motion.position(to),
+            out.push_back({true_position(from), true_position(to),
                            static_cast<double>(to - from) * 1e-9 * static_cast<double>(power)});
     }
 }
@@ -63,8 +72,8 @@ Machine::Shot Machine::plan_shot(TimeNs true_start, std::int64_t number) const {
     shot.seconds = static_cast<double>(exposure_ns) * 1e-9;
     shot.ambient_seconds = ambient_seconds(true_start);
     const TimeNs end = true_start + exposure_ns + readout_ns();
-    shot.s_middle = (motion.position(true_start) + motion.position(end)) / 2;
-    shot.travel = std::abs(motion.position(end) - motion.position(true_start));
+    shot.s_middle = (true_position(true_start) + true_position(end)) / 2;
+    shot.travel = std::abs(true_position(end) - true_position(true_start));
     const TimeNs row_ns = ns_from_us(scene.sensor.row_time_us);
     if (row_ns == 0) {
         add_exposures(true_start, true_start + exposure_ns, shot.exposures);
@@ -80,7 +89,7 @@ Machine::Shot Machine::plan_shot(TimeNs true_start, std::int64_t number) const {
         most = std::max(most, rows[y].size());
     }
     for (std::size_t y = 0; y < rows.size(); ++y) {
-        const double s = motion.position(true_start + static_cast<TimeNs>(y) * row_ns);
+        const double s = true_position(true_start + static_cast<TimeNs>(y) * row_ns);
         rows[y].resize(most, Exposure{s, s, 0});
         shot.exposures.insert(shot.exposures.end(), rows[y].begin(), rows[y].end());
     }

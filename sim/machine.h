@@ -62,6 +62,8 @@ struct Machine {
 
     TimeNs interlock_opens_ns() const;  ///< the far future if it never does
     float power_at(TimeNs time) const;
+    /// Where the axis really is, the errors that its log does not know included.
+    double true_position(TimeNs time) const;
     TimeNs readout_ns() const;  ///< from the first row's exposure to the last one's
     Shot plan_shot(TimeNs true_start, std::int64_t number) const;
     /// Fills the pixels of a frame that has its size.

@@ -88,6 +88,13 @@ std::string validate_laser_and_axis(const Scene& scene) {
         return wrong("axis.max_speed", axis.max_speed, "the whole travel within an hour");
     if (!(axis.log_period_us >= 50 && axis.log_period_us <= 1e6))
         return wrong("axis.log_period_us", axis.log_period_us, "50 to 1e6");
+    if (!(axis.periodic_error >= 0 && std::isfinite(axis.periodic_error)))
+        return wrong("axis.periodic_error", axis.periodic_error, "0 or more");
+    if (!(axis.periodic_length > 0 && axis.periodic_length >= 4 * M_PI * axis.periodic_error))
+        return wrong("axis.periodic_length", axis.periodic_length,
+                     "above 0 and at least 4 pi periodic_error");
+    if (!(axis.lag_us >= 0 && axis.lag_us <= 1e5))
+        return wrong("axis.lag_us", axis.lag_us, "0 to 1e5");
     if (!(std::abs(scene.channel.axis.delay_ns) < 1e8))
         return wrong("axis.delay_ns", scene.channel.axis.delay_ns, "-1e8 to 1e8");
     return "";

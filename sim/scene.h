@@ -59,6 +59,12 @@ struct SceneAxis {
     double max_speed = 0;     ///< per second
     double sigma = 0;         ///< standard deviation of a logged position
     double log_period_us = 500;
+    /// What the log does not know: the true position is
+    /// l(t - lag) + periodic_error sin(2 pi l(t - lag) / periodic_length), l the logged one's mean.
+    double periodic_error = 0;  ///< mm or rad; of a lead screw or an encoder, 0: none
+    double periodic_length =
+        1;              ///< mm or rad; at least 4 pi periodic_error, so that it never turns
+    double lag_us = 0;  ///< of the drive behind its log (galvo), 0..1e5
 };
 
 enum class SceneShape : std::uint8_t { sphere, plane, mesh };

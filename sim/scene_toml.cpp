@@ -155,6 +155,9 @@ void parse_axis(TomlTable table, Scene& scene) {
     scene.axis.max_speed = table.number("max_speed");
     scene.axis.sigma = table.number("sigma", 0);
     scene.axis.log_period_us = table.number("log_period_us", SceneAxis{}.log_period_us);
+    scene.axis.periodic_error = table.number("periodic_error", 0);
+    scene.axis.periodic_length = table.number("periodic_length", SceneAxis{}.periodic_length);
+    scene.axis.lag_us = table.number("lag_us", 0);
 }
 
 std::string beside(const std::string& base_dir, const std::string& file) {
@@ -352,7 +355,10 @@ void format_laser_and_axis(const Scene& scene, std::string& text) {
         .number("max", scene.axis.max)
         .number("max_speed", scene.axis.max_speed)
         .number("sigma", scene.axis.sigma)
-        .number("log_period_us", scene.axis.log_period_us);
+        .number("log_period_us", scene.axis.log_period_us)
+        .number("periodic_error", scene.axis.periodic_error)
+        .number("periodic_length", scene.axis.periodic_length)
+        .number("lag_us", scene.axis.lag_us);
 }
 
 void format_object(const SceneObject& object, std::string& text) {

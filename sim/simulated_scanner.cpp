@@ -58,7 +58,7 @@ std::string SimulatedScanner::nominal_model_text() const { return format_scanner
 double SimulatedScanner::true_axis_position(TimeNs stamp_ns) const {
     const std::lock_guard lock(content_->machine.mutex);
     const double delay = content_->machine.scene.channel.axis.delay_ns;
-    return content_->machine.motion.position(stamp_ns + static_cast<TimeNs>(std::llround(delay)));
+    return content_->machine.true_position(stamp_ns + static_cast<TimeNs>(std::llround(delay)));
 }
 
 RangeImage SimulatedScanner::true_range(std::span<const double> frame_s) const {

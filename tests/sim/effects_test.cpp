@@ -345,6 +345,48 @@ TEST(Faults, DuplicatedFramesComeTwiceUnchanged) {
     EXPECT_NEAR(repeated, kFrames / 6, 36);
 }
 
+// The log says where the axis should be; truth lags and swings about it, and the picture shows it.
+TEST(Axis, LagAndPeriodicErrorStayOutOfTheLog) {
+    Scene scene = read_scene(example_scene("rail.toml"));
+    scene.axis.sigma = 0;
+    scene.axis.periodic_error = 0.05;
+    scene.axis.periodic_length = 2;
+    scene.axis.lag_us = 700;
+    scene.channel.axis.delay_ns = 0;
+    ASSERT_EQ(validate(scene), "");
+    SimulatedScanner scanner(scene, 1);
+    Devices d = scanner.devices();
+    const double speed = scene.axis.max_speed / 2;
+    ASSERT_TRUE(d.axis.move_to(-5, 1000 * kNsPerSecond));
+    (void)d.axis.take_log();
+    ASSERT_TRUE(d.axis.start_sweep(-5, 5, speed));
+    while (d.axis.is_moving()) d.clock.sleep_until(d.clock.now() + kNsPerMs);
+    const AxisLog log = d.axis.take_log();
+    int compared = 0;
+    for (const AxisSample& sample : log.samples) {
+        if (std::abs(sample.s) > 4.5) continue;
+        const double late = sample.s - speed * 700e-6;
+        EXPECT_NEAR(scanner.true_axis_position(sample.t_ns),
+                    late + 0.05 * std::sin(2 * M_PI * late / 2), 1e-6);  // mm: ns rounding
+        ++compared;
+    }
+    EXPECT_GT(compared, 20);
+    // At rest at s the picture is the one of a true machine at s + error(s).
+    Scene exact = scene;
+    exact.axis.periodic_error = 0;
+    scene.sensor.noise = exact.sensor.noise = false;
+    SimulatedScanner a(scene, 1), b(exact, 1), c(exact, 1);
+    const auto still = [](SimulatedScanner& scanner_at, double s) {
+        Devices at = scanner_at.devices();
+        (void)at.axis.move_to(s, 1000 * kNsPerSecond);
+        at.clock.sleep_until(at.clock.now() + kNsPerMs);  // past the lag
+        return record_still(scanner_at, s, 1).bytes;
+    };
+    const std::vector<std::uint8_t> shown = still(a, 0.5);
+    EXPECT_EQ(shown, still(b, 0.55));
+    EXPECT_NE(shown, still(c, 0.5));
+}
+
 TEST(Determinism, EffectsTooWhateverTheThreads) {
     for (const char* name : {"swept.toml", "rail.toml"}) {
         Scene scene = read_scene(example_scene(name));
@@ -385,6 +427,9 @@ TEST(Scene, EffectsOutsideTheirRangeAreRefusedByName) {
     EXPECT_TRUE(names(complaint([](Scene& s) { s.lens.corner_loss = 1; }), "lens.corner_loss"));
     EXPECT_TRUE(names(complaint([](Scene& s) { s.flicker.hz = 0; }), "ambient.flicker_hz"));
     EXPECT_TRUE(names(complaint([](Scene& s) { s.flicker.depth = 1.5; }), "ambient.flicker_depth"));
+    EXPECT_TRUE(names(complaint([](Scene& s) { s.axis.lag_us = -1; }), "axis.lag_us"));
+    EXPECT_TRUE(
+        names(complaint([](Scene& s) { s.axis.periodic_error = 0.1; }), "axis.periodic_length"));
     EXPECT_TRUE(names(complaint([](Scene& s) { s.fault.duplicate_frame_probability = 2; }),
                       "fault.duplicate_frame_probability"));
 }
@@ -398,6 +443,8 @@ TEST(Scene, EffectsAreWrittenAndReadBack) {
     scene.sensor.gamma = 0.45;
     scene.flicker = {.hz = 120, .depth = 0.3};
     scene.fault.duplicate_frame_probability = 0.01;
+    scene.axis.lag_us = 120;
+    scene.axis.periodic_error = 1e-4;
     const Scene again = parse_scene(format_scene(scene), "effects", "");
     EXPECT_EQ(format_scene(again), format_scene(scene));
     EXPECT_EQ(again.lens.psf_sigma_px, 0.6);

@@ -7,6 +7,7 @@
 
 #include "firmware/stripe/path_samples.h"
 #include "firmware/stripe/row_bands.h"
+#include "firmware/stripe/saturation.h"
 
 namespace stria {
 namespace {
@@ -28,11 +29,6 @@ double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
-}
-
-std::uint32_t count_saturated(const std::vector<Pulse>& peaks) {
-    return static_cast<std::uint32_t>(std::count_if(
-        peaks.begin(), peaks.end(), [](const Pulse& p) { return p.flags & kPulseSaturated; }));
 }
 
 }  // namespace
@@ -70,7 +66,7 @@ void PathAnalyser::add(const Frame& frame, const AxisState& at_row_0) {
     SpatialOptions seeds = options_.seeds;
     seeds.threads = options_.threads;
     seeds_.push_back(find_peaks(frame, noise_, seeds));
-    saturated_samples_ += count_saturated(seeds_.back());
+    saturated_samples_ += count_saturated(frame);
     frames_.add(frame);
     axis_.push_back(at_row_0);
     analyse_ready(false);

@@ -51,7 +51,8 @@ enum Stream : std::uint64_t {
     kNominal,
     kPixelGain,
     kPixelDark,
-    kDuplicatedFrames
+    kDuplicatedFrames,
+    kSpeckle
 };
 
 }  // namespace stria::counter_random

@@ -83,6 +83,12 @@ void find_in_rows(const Frame& frame, const SensorNoise& noise, const SpatialOpt
             peaks[i].laser_id = frame.laser_id;
             peaks[i].exposure_index = frame.exposure_index;
         }
+        if (options.accept) {
+            const auto of_row_begin = peaks.begin() + static_cast<std::ptrdiff_t>(first);
+            peaks.erase(std::remove_if(of_row_begin, peaks.end(),
+                                       [&](const Pulse& p) { return !options.accept(p); }),
+                        peaks.end());
+        }
     }
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <vector>
 
 #include "firmware/core/frame.h"
@@ -19,6 +20,9 @@ struct SpatialOptions {
     double max_misfit = 0.2;      ///< rms residual over amplitude above which it is no stripe
     int min_run_rows = 1;         ///< above 1: of a row the peaks on the longest chains through
                                   ///< neighbouring rows are kept, none on a shorter chain
+    /// Peaks it denies are dropped before runs are looked at; empty: all count. Called from
+    /// threads.
+    std::function<bool(const Pulse&)> accept = nullptr;
     /// Where a peak is put; the peaks found, and all else about them, are the same.
     PeakMethod method = PeakMethod::maximum_likelihood;
     int threads = 1;        ///< bands of rows; the result does not depend on it

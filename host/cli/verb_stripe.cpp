@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "firmware/stripe/noise_estimate.h"
 #include "firmware/stripe/spacetime.h"
 #include "firmware/stripe/spatial.h"
 #include "host/cli/progress.h"
 #include "host/cli/stripe_input.h"
+#include "host/cli/stripe_profile.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
 #include "host/geometry/parallel.h"
@@ -55,6 +55,12 @@ class StripeVerb final : public Verb {
         arguments.option("--times", times_, "one number a line, one line an image (spacetime)");
         arguments.choice("--channel", channel_, {"auto", "red", "green", "blue", "grey"},
                          "which channel of colour images");
+        arguments.option(
+            "--off", off_,
+            "spatial: images without laser, subtracted: as many as IMAGES, one each in "
+            "their order, or else their mean");
+        arguments.flag("--any-colour", any_colour_,
+                       "spatial: keep peaks of colour images that have not the laser's colour");
         arguments.option("--noise", noise_,
                          "GAIN,READ of the sensor: electrons per DN, electrons; else estimated");
         arguments.option("--min-snr", min_snr_, "least height over the noise of the background");
@@ -69,8 +75,9 @@ class StripeVerb final : public Verb {
     int run(const Context& context) override {
         context.check_output(out_);
         check_method();
-        StripeImages images(files_, {channel_, axis_ == "columns", times_});
-        noise_model_ = noise_.empty() ? estimate_noise(images.sample(8)) : parse_noise(noise_);
+        StripeImages images(files_, {channel_, axis_ == "columns", off_, times_});
+        noise_model_ =
+            noise_.empty() ? images.estimated_noise() : images.noise_of(parse_noise(noise_));
         if (!overlay_.empty()) std::filesystem::create_directories(overlay_);
         context.say("noise: " + number(1.0 / noise_model_.gain_e_per_dn, "%.3g") +
                     " DN^2 a DN of light, " +
@@ -87,6 +94,10 @@ class StripeVerb final : public Verb {
     }
 
     void check_method() const {
+        if (mode_ == "spacetime" && !off_.empty())
+            throw Error(
+                "--off: expected --mode spatial; over time every pixel's own background is fitted "
+                "with its pulse");
         if (mode_ == "spacetime" && method_ != "ml")
             throw Error("--method " + method_ +
                         ": expected ml with --mode spacetime, whose pulses are fitted over time; "
@@ -103,24 +114,36 @@ class StripeVerb final : public Verb {
         if (min_amplitude_ > 0) options.min_amplitude_dn = min_amplitude_;
         std::vector<std::vector<Pulse>> found(images.size());
         Progress progress(context, "peaks", images.size(), "images");
+        int rows = 0;
         for (std::size_t i = 0; i < images.size(); ++i) {
-            found[i] = find_peaks(images.load(i), noise_model_, options);
+            const StripeImage image = images.load(i);
+            if (!any_colour_)
+                options.accept = [&](const Pulse& peak) { return image.colour.has(peak); };
+            found[i] = find_peaks(image.frame, noise_model_, options);
+            for (Pulse& peak : found[i])
+                if (image.clipped(peak)) peak.flags |= kPulseSaturated;
+            rows = image.frame.height;
             progress.update(i + 1);
         }
         if (min_amplitude_ == 0) drop_faint(found);
 
         std::string csv = "file,u,v,amplitude,width_px,sigma_px,flags\n";
         std::size_t peaks = 0;
+        StripeProfile profile(rows);
         for (std::size_t i = 0; i < images.size(); ++i) {
-            if (!overlay_.empty()) draw_overlay(images.file(i), images.load(i), found[i]);
-            for (const Pulse& p : found[i]) csv += peak_line(images.file(i), p);
+            if (!overlay_.empty()) draw_overlay(images.file(i), images.load(i).frame, found[i]);
+            for (const Pulse& p : found[i]) {
+                csv += peak_line(images.file(i), p);
+                profile.add(p);
+            }
             peaks += found[i].size();
         }
         write_whole_file(out_, csv);
         context.say(std::to_string(peaks) + " peaks in " + std::to_string(images.size()) +
                     " images -> " + out_);
+        context.say(profile.table(axis_, "px"));
         JsonResult result = start_result(false);
-        result.set("peaks", peaks);
+        result.set("peaks", peaks).set("along_stripe", profile.json());
         context.finish(result);
         return 0;
     }
@@ -131,10 +154,10 @@ class StripeVerb final : public Verb {
         if (min_amplitude_ > 0) options.min_amplitude_dn = min_amplitude_;
         options.threads = thread_count();
         Progress progress(context, "pulses", images.size(), "images");
-        Frame frame = images.load(0);
+        Frame frame = images.load(0).frame;
         SpacetimeAnalyser analyser(frame.width, frame.height, frame.bits, noise_model_, options);
         for (std::size_t i = 0; i < images.size(); ++i) {
-            if (i > 0) frame = images.load(i);
+            if (i > 0) frame = images.load(i).frame;
             analyser.add(frame);
             progress.update(i + 1);
         }
@@ -157,6 +180,11 @@ class StripeVerb final : public Verb {
         if (!overlay_.empty()) write_png(overlay_ + "/pulses.png", picture_of_pulses(map));
         context.say(std::to_string(map.pulses.size()) + " pulses over " +
                     std::to_string(map.frames) + " images -> " + out_);
+        StripeProfile profile(frame.height);
+        for (const Pulse& p : map.pulses) profile.add(p);
+        context.say(
+            profile.table(axis_, times_.empty() ? "frames" : "of s", images.units_per_ns()));
+        result.set("along_stripe", profile.json(images.units_per_ns()));
         context.finish(result);
         return 0;
     }
@@ -213,6 +241,8 @@ class StripeVerb final : public Verb {
     std::vector<std::string> files_;
     std::string mode_ = "spatial", method_ = "ml", out_, axis_ = "rows", times_, channel_ = "auto",
                 noise_, overlay_;
+    std::vector<std::string> off_;
+    bool any_colour_ = false;
     double min_snr_ = 6.0, min_amplitude_ = 0.0, max_width_ = 12.0;
     int min_run_ = 5;
     SensorNoise noise_model_;

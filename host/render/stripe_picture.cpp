@@ -11,6 +11,7 @@ namespace stria {
 namespace {
 
 constexpr int kZoom = 3;
+constexpr double kBrightest = 170;  // so that the marks stand out from a white stripe
 constexpr std::array<std::uint8_t, 3> kGood = {0, 255, 80}, kFlagged = {255, 150, 0};
 
 /// Greatest sample, so that dark sweeps can be seen.
@@ -19,6 +20,17 @@ int brightest(const Frame& frame) {
     for (int y = 0; y < frame.height; ++y)
         for (int x = 0; x < frame.width; ++x) most = std::max(most, frame.sample(x, y));
     return most;
+}
+
+/// Five pixels, so that a picture shown smaller than it is still has them.
+void draw_cross(ColourImage& picture, int x, int y, const std::array<std::uint8_t, 3>& colour) {
+    constexpr std::array<std::array<int, 2>, 5> kCross = {
+        {{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+    for (const auto& [dx, dy] : kCross) {
+        const int px = x + dx, py = y + dy;
+        if (px < 0 || py < 0 || px >= picture.width || py >= picture.height) continue;
+        for (int c = 0; c < 3; ++c) picture.at(px, py, c) = colour[static_cast<std::size_t>(c)];
+    }
 }
 
 }  // namespace
@@ -33,18 +45,16 @@ ColourImage picture_of_peaks(const Frame& frame, const std::vector<Pulse>& peaks
             const int u = x / kZoom, v = y / kZoom;
             const int value = transposed ? frame.sample(v, u) : frame.sample(u, v);
             // A square root brings out the dark parts.
-            const double grey = 255.0 * std::sqrt(value * scale / 255.0);
+            const double grey = kBrightest * std::sqrt(value * scale / 255.0);
             for (int c = 0; c < 3; ++c)
-                picture.at(x, y, c) = static_cast<std::uint8_t>(std::min(grey, 255.0));
+                picture.at(x, y, c) = static_cast<std::uint8_t>(std::min(grey, kBrightest));
         }
     }
     for (const Pulse& peak : peaks) {
         const double u = transposed ? peak.v : peak.u, v = transposed ? peak.u : peak.v;
         const int x = static_cast<int>(std::lround((u + 0.5) * kZoom - 0.5));
         const int y = static_cast<int>(std::lround((v + 0.5) * kZoom - 0.5));
-        if (x < 0 || y < 0 || x >= picture.width || y >= picture.height) continue;
-        const auto& colour = peak.flags == 0 ? kGood : kFlagged;
-        for (int c = 0; c < 3; ++c) picture.at(x, y, c) = colour[static_cast<std::size_t>(c)];
+        draw_cross(picture, x, y, peak.flags == 0 ? kGood : kFlagged);
     }
     return picture;
 }

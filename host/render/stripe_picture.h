@@ -7,8 +7,8 @@
 
 namespace stria {
 
-/// The frame in grey, three times its size and brightened until its brightest part is white, with
-/// every peak as a point in green (flagged ones in orange) at its sub-pixel place.
+/// The frame in grey, three times its size and brightened until its brightest part is light grey,
+/// with every peak as a small cross in green (flagged ones in orange) at its sub-pixel place.
 /// @param transposed  the frame was transposed for the analysis; the picture is upright again
 ColourImage picture_of_peaks(const Frame& frame, const std::vector<Pulse>& peaks,
                              bool transposed = false);

@@ -148,7 +148,9 @@ TEST(StripePicture, MarksAPeakWhereItIs) {
     peak.v = 4;
     const ColourImage upright = picture_of_peaks(frame, {peak});
     EXPECT_EQ(upright.at(12 * 3 + 1, 4 * 3 + 1, 1), 255);
-    EXPECT_EQ(upright.at(12 * 3, 4 * 3 + 1, 1), 0);
+    EXPECT_EQ(upright.at(12 * 3, 4 * 3 + 1, 1), 255);  // arm of the cross
+    EXPECT_EQ(upright.at(12 * 3, 4 * 3, 1), 0);
+    EXPECT_EQ(upright.at(12 * 3 - 1, 4 * 3 + 1, 1), 0);
     const ColourImage turned = picture_of_peaks(frame, {peak}, true);
     EXPECT_EQ(turned.width, 30);
     EXPECT_EQ(turned.at(4 * 3 + 1, 12 * 3 + 1, 1), 255);

@@ -8,6 +8,7 @@
 #include "firmware/core/result.h"
 #include "firmware/core/scan_plan.h"
 #include "firmware/devices/devices.h"
+#include "firmware/stripe/path_spacetime.h"
 #include "firmware/stripe/spacetime.h"
 #include "firmware/stripe/spatial.h"
 
@@ -17,12 +18,26 @@ namespace stria {
 struct AcquireOptions {
     /// Swept machines only: a pixel is a surface point. Others need image paths for spacetime.
     bool spacetime_per_pixel = true;
-    TimeNs exposure_ns = kNsPerMs;  ///< where the plan names none
-    TimeNs frame_period_ns = 0;     ///< wanted; longer if camera or axis ask for it
-    double max_emission_s = 3600;   ///< cap of the configuration over the plan's own
+    std::vector<PathTable> path_tables;  ///< at most one a laser
+    TimeNs exposure_ns = kNsPerMs;       ///< where the plan names none
+    TimeNs frame_period_ns = 0;          ///< wanted; longer if camera or axis ask for it
+    double max_emission_s = 3600;        ///< cap of the configuration over the plan's own
     SpatialOptions spatial;
     SpacetimeOptions spacetime;
+    PathOptions paths;
 };
+
+/// Empty if pulses can be followed along this table on these devices, else why not: the machine's
+/// pixels are surface points, the camera's size, a laser that it does not have.
+std::string check_paths(const PathTable& table, const Devices& devices,
+                        const AcquireOptions& options);
+
+/// The tables that a run of the plan follows: one for each of its lasers where it measures pulses
+/// in spacetime on a machine that moves the part; else, or where one is missing, none.
+std::vector<const PathTable*> paths_followed(const ScanPlan& plan, const AcquireOptions& options);
+
+/// What spacetime analysis follows, for people: pixels, tables, or why there is nothing to follow.
+std::string describe_paths(const AcquireOptions& options);
 
 /// One pass of the axis with one laser and one exposure. Its frames are those whose middle lies
 /// within from..to.

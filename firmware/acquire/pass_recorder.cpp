@@ -35,6 +35,8 @@ PassRecorder::PassRecorder(const ScanPlan& plan, const SweepPass& pass, const Ca
     if (plan.record == RecordWhat::frames) return;
     if (plan.mode == StripeMode::spatial)
         spatial_.emplace(camera.height, camera.noise, options.spatial);
+    else if (follows_paths(plan, options))
+        along_paths_.emplace(*find_paths(options, pass.laser_id), camera, options.paths);
     else
         spacetime_.emplace(camera.width, camera.height, camera.bits, camera.noise,
                            options.spacetime);
@@ -66,21 +68,30 @@ Status PassRecorder::take(Frame& frame, AcquireSink& sink) {
     }
     last_sequence_ = frame.sequence;
     ++frames_;
-    try {
-        if (spatial_) spatial_->add(frame);
-        if (spacetime_) spacetime_->add(frame);
-    } catch (const std::exception& error) {
-        return Failure{std::string("stripe analysis: ") + error.what()};
-    }
+    if (Status done = analyse(frame); !done)
+        return Failure{"stripe analysis: " + done.failure().message};
     if (plan_.record == RecordWhat::pulses) return {};
     return sink.take_frame(frame);
 }
 
+Status PassRecorder::analyse(const Frame& frame) {
+    try {
+        if (spatial_) spatial_->add(frame);
+        if (spacetime_) spacetime_->add(frame);
+        if (along_paths_) return along_paths_->add(frame, log_);
+    } catch (const std::exception& error) {
+        return Failure{error.what()};
+    }
+    return {};
+}
+
 Status PassRecorder::finish(AcquireSink& sink) {
     if (Status done = sink.take_axis_log(log_); !done) return done;
-    if (frames_ == 0 || (!spatial_ && !spacetime_)) return {};
+    if (frames_ == 0 || plan_.record == RecordWhat::frames) return {};
     try {
-        PulseMap map = spatial_ ? spatial_->finish() : spacetime_->finish();
+        PulseMap map = spatial_     ? spatial_->finish()
+                       : spacetime_ ? spacetime_->finish()
+                                    : along_paths_->finish(log_);
         assign_axis_positions(map, log_);
         return sink.take_pulse_map(map);
     } catch (const std::exception& error) {

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "firmware/acquire/acquire.h"
+#include "firmware/acquire/path_sweep.h"
 
 namespace stria {
 
@@ -11,6 +12,7 @@ class PassRecorder {
   public:
     enum class Place : std::uint8_t { before, within, after };
 
+    /// The plan has passed validate(): where it follows paths, those of its lasers are there.
     PassRecorder(const ScanPlan& plan, const SweepPass& pass, const CameraInfo& camera,
                  const AcquireOptions& options);
 
@@ -33,12 +35,15 @@ class PassRecorder {
     std::uint32_t frames_dropped() const { return frames_dropped_; }
 
   private:
+    Status analyse(const Frame& frame);
+
     const ScanPlan& plan_;
     SweepPass pass_;
     AxisLog log_;
     TimeNs begin_ns_ = 0;
     std::optional<SpatialAnalyser> spatial_;
     std::optional<SpacetimeAnalyser> spacetime_;
+    std::optional<PathSweep> along_paths_;
     std::optional<std::uint32_t> last_sequence_;
     std::uint32_t frames_ = 0;
     std::uint32_t frames_dropped_ = 0;

@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "firmware/acquire/acquire.h"
+#include "firmware/acquire/path_sweep.h"
 
 namespace stria {
 namespace {
@@ -65,11 +66,11 @@ std::vector<SweepPass> passes_of(const ScanPlan& plan, const Devices& devices,
 
 std::string validate(const ScanPlan& plan, const Devices& devices, const AcquireOptions& options) {
     if (std::string why = validate(plan); !why.empty()) return why;
-    if (plan.mode == StripeMode::spacetime && plan.record != RecordWhat::frames &&
-        !options.spacetime_per_pixel)
+    if (follows_paths(plan, options) && paths_followed(plan, options).empty())
         return "mode = spacetime: this machine moves the part against the camera, where pulses lie "
-               "along image paths, which the host follows: expected record = frames, or mode = "
-               "spatial";
+               "along image paths: expected the paths of its calibration for every laser of the "
+               "plan (" +
+               describe_paths(options) + "), or record = frames, or mode = spatial";
     const AxisInfo axis = devices.axis.info();
     if (plan.from < axis.min_s) return bad("from", plan.from, "", axis.min_s, axis.max_s);
     if (plan.to > axis.max_s) return bad("to", plan.to, "", axis.min_s, axis.max_s);

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "firmware/core/result.h"
@@ -21,6 +22,10 @@ Bytes encode(const Request& request);
 Bytes encode(const Response& response);
 
 MessageType type_of(const Message& message);
+
+/// The id of a request that decode() refuses for what it holds, so that it can be answered; empty
+/// if not even that can be read.
+std::optional<std::uint32_t> request_id(std::span<const std::uint8_t> payload);
 
 /// The struct in a payload: FlatBuffers verified, then decoded, then validate()d. Bytes from
 /// outside: never throws on them, and takes memory in proportion to what width x height say, at

@@ -38,6 +38,7 @@ Result<Message> decode_request(std::span<const std::uint8_t> payload) {
     request.credit_bytes = root->credit_bytes();
     request.run = root->run();
     request.channels = root->channels();
+    request.paths = get(root->paths());
     const std::string complaint = validate(request);
     return checked("request", std::move(request), complaint);
 }
@@ -82,10 +83,19 @@ Bytes encode(const Request& r) {
     const auto name = b.CreateString(r.name);
     const auto value = wire_format::put(b, r.value);
     const auto plan = r.plan ? wire_format::put(b, *r.plan) : flatbuffers::Offset<wire::Plan>();
+    const auto paths =
+        r.paths ? wire_format::put(b, *r.paths) : flatbuffers::Offset<wire::PathTable>();
     b.Finish(wire::CreateRequest(b, r.id, static_cast<std::uint8_t>(r.verb), client,
                                  static_cast<std::uint8_t>(r.role), name, value, plan,
-                                 r.credit_bytes, r.run, r.channels));
+                                 r.credit_bytes, r.run, r.channels, paths));
     return wire_format::finished(b);
+}
+
+std::optional<std::uint32_t> request_id(std::span<const std::uint8_t> payload) {
+    const Bytes aligned(payload.begin(), payload.end());
+    const auto* root = wire_format::verified_root<wire::Request>(aligned);
+    if (root == nullptr) return std::nullopt;
+    return root->id();
 }
 
 Bytes encode(const Response& r) {

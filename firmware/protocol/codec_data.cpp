@@ -50,25 +50,43 @@ Result<Message> decode_axis_log(std::span<const std::uint8_t> payload) {
     return checked("axis log", std::move(log), complaint);
 }
 
+std::optional<PathTable> get(const wire::PathTable* w) {
+    if (w == nullptr) return std::nullopt;
+    PathTable t;
+    t.camera_id = w->camera_id();
+    t.laser_id = w->laser_id();
+    t.image_width = w->image_width();
+    t.image_height = w->image_height();
+    t.nodes_x = w->nodes_x();
+    t.nodes_y = w->nodes_y();
+    t.model_hash = text_of(w->model_hash());
+    t.du_ds = vector_of(w->du_ds());
+    t.dv_ds = vector_of(w->dv_ds());
+    t.d2u_ds2 = vector_of(w->d2u_ds2());
+    t.d2v_ds2 = vector_of(w->d2v_ds2());
+    t.width_s = vector_of(w->width_s());
+    t.valid = vector_of(w->valid());
+    return t;
+}
+
+flatbuffers::Offset<wire::PathTable> put(Builder& b, const PathTable& t) {
+    const auto hash = b.CreateString(t.model_hash);
+    const auto du = b.CreateVector(t.du_ds);
+    const auto dv = b.CreateVector(t.dv_ds);
+    const auto d2u = b.CreateVector(t.d2u_ds2);
+    const auto d2v = b.CreateVector(t.d2v_ds2);
+    const auto width = b.CreateVector(t.width_s);
+    const auto valid = b.CreateVector(t.valid);
+    return wire::CreatePathTable(b, t.camera_id, t.laser_id, t.image_width, t.image_height,
+                                 t.nodes_x, t.nodes_y, hash, du, dv, d2u, d2v, width, valid);
+}
+
 Result<Message> decode_path_table(std::span<const std::uint8_t> payload) {
     const auto* root = verified_root<wire::PathTable>(payload);
     if (root == nullptr) return malformed("path table");
-    PathTable t;
-    t.camera_id = root->camera_id();
-    t.laser_id = root->laser_id();
-    t.image_width = root->image_width();
-    t.image_height = root->image_height();
-    t.nodes_x = root->nodes_x();
-    t.nodes_y = root->nodes_y();
-    t.model_hash = text_of(root->model_hash());
-    t.du_ds = vector_of(root->du_ds());
-    t.dv_ds = vector_of(root->dv_ds());
-    t.d2u_ds2 = vector_of(root->d2u_ds2());
-    t.d2v_ds2 = vector_of(root->d2v_ds2());
-    t.width_s = vector_of(root->width_s());
-    t.valid = vector_of(root->valid());
-    const std::string complaint = validate(t);
-    return checked("path table", std::move(t), complaint);
+    PathTable table = *get(root);
+    const std::string complaint = validate(table);
+    return checked("path table", std::move(table), complaint);
 }
 
 }  // namespace wire_format
@@ -98,18 +116,10 @@ Bytes encode(const AxisLog& log) {
     return wire_format::finished(b);
 }
 
-Bytes encode(const PathTable& t) {
-    wire_format::Builder b;
-    const auto hash = b.CreateString(t.model_hash);
-    const auto du = b.CreateVector(t.du_ds);
-    const auto dv = b.CreateVector(t.dv_ds);
-    const auto d2u = b.CreateVector(t.d2u_ds2);
-    const auto d2v = b.CreateVector(t.d2v_ds2);
-    const auto width = b.CreateVector(t.width_s);
-    const auto valid = b.CreateVector(t.valid);
-    b.Finish(wire::CreatePathTable(b, t.camera_id, t.laser_id, t.image_width, t.image_height,
-                                   t.nodes_x, t.nodes_y, hash, du, dv, d2u, d2v, width, valid));
-    return wire_format::finished(b);
+Bytes encode(const PathTable& table) {
+    wire_format::Builder builder;
+    builder.Finish(wire_format::put(builder, table));
+    return wire_format::finished(builder);
 }
 
 }  // namespace stria

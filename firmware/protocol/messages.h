@@ -118,7 +118,10 @@ enum class RequestVerb : std::uint8_t {
     credit = 7,  ///< credit_bytes more of data may be sent; not answered
     ack = 8,     ///< run is safe on the client's disk
     select = 9,  ///< channels
+    /// paths: kept for its laser, in the place of what was; without paths all are forgotten
+    set_paths = 10,
 };
+constexpr int kLastRequestVerb = static_cast<int>(RequestVerb::set_paths);
 
 constexpr std::uint8_t kSelectData = 1;
 constexpr std::uint8_t kSelectHealth = 2;
@@ -134,6 +137,7 @@ struct Request {
     std::uint64_t credit_bytes = 0;
     std::uint32_t run = 0;
     std::uint8_t channels = 0;  ///< sum of kSelect...
+    std::optional<PathTable> paths = {};
 };
 
 struct Response {

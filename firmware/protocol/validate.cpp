@@ -152,8 +152,9 @@ std::string validate(const End& end) {
 }
 
 std::string validate(const Request& request) {
-    if (!in(static_cast<int>(request.verb), 0, 9))
-        return bad("verb", static_cast<int>(request.verb), "0 to 9");
+    if (!in(static_cast<int>(request.verb), 0, kLastRequestVerb))
+        return bad("verb", static_cast<int>(request.verb),
+                   "0 to " + std::to_string(kLastRequestVerb));
     if (!in(static_cast<int>(request.role), 0, 1))
         return bad("role", static_cast<int>(request.role), "0 or 1");
     if (!is_short(request.client) || !is_short(request.name))
@@ -163,6 +164,8 @@ std::string validate(const Request& request) {
     if (!is_finite(request.value)) return bad("value", "not a number", "a finite value");
     if (request.channels > (kSelectData | kSelectHealth))
         return bad("channels", static_cast<int>(request.channels), "0 to 3");
+    if (request.paths)
+        if (std::string why = validate(*request.paths); !why.empty()) return "paths: " + why;
     if (!request.plan) return request.verb == RequestVerb::start ? "start: expected a plan" : "";
     const std::string why = validate(*request.plan);
     return why.empty() ? "" : "plan: " + why;

@@ -67,10 +67,12 @@ flatbuffers::Offset<wire::FeatureValue> put(Builder& builder, const FeatureValue
 flatbuffers::Offset<wire::Feature> put(Builder& builder, const Feature& feature);
 flatbuffers::Offset<wire::Plan> put(Builder& builder, const ScanPlan& plan);
 flatbuffers::Offset<wire::Snapshot> put(Builder& builder, const Snapshot& snapshot);
+flatbuffers::Offset<wire::PathTable> put(Builder& builder, const PathTable& table);
 FeatureValue get(const wire::FeatureValue* value);
 Feature get(const wire::Feature& feature);
 std::optional<ScanPlan> get(const wire::Plan* plan);
 Snapshot get(const wire::Snapshot& snapshot);
+std::optional<PathTable> get(const wire::PathTable* table);  // codec_data.cpp
 template <typename List>
 std::vector<Feature> get_features(const List* list) {
     std::vector<Feature> features;

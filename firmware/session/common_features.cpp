@@ -70,6 +70,20 @@ DeviceFeature laser_power(DeviceSettings& settings) {
     return {read, write};
 }
 
+/// Whether pulses can be measured in spacetime, and why not.
+DeviceFeature image_paths(const DeviceSettings& settings) {
+    return {[&settings] {
+                return Feature{"ImagePaths",
+                               "",
+                               "What spacetime analysis follows: pixels, or per laser the image "
+                               "paths of the model with that hash.",
+                               describe_paths(settings.acquire),
+                               Access::read,
+                               {}};
+            },
+            {}};
+}
+
 void add_axis(std::vector<DeviceFeature>& list, const AxisInfo& axis, const std::string& kind) {
     const std::string unit = kind == "rail" ? "mm" : "rad";
     list.push_back(fixed(
@@ -104,6 +118,7 @@ std::vector<DeviceFeature> common_features(const ServedDevice& device, DeviceSet
     list.push_back(exposure_time(camera, settings));
     list.push_back(frame_rate(camera, settings));
     list.push_back(laser_power(settings));
+    list.push_back(image_paths(settings));
     add_axis(list, device.devices.axis.info(), device.kind);
     Interlock& interlock = device.devices.interlock;
     list.push_back(

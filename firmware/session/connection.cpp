@@ -90,6 +90,7 @@ bool Connection::take(const RawMessage& raw, std::string& why) {
         response = owner_.answer(*this, request);
         response.id = request.id;
     } else {
+        response.id = request_id(raw.payload).value_or(0);
         response.ok = false;
         response.error = message.failure().message;
     }

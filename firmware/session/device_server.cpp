@@ -100,6 +100,8 @@ class DeviceServer::State : public ConnectionOwner {
             case RequestVerb::select:
                 client.channels = request.channels;
                 break;
+            case RequestVerb::set_paths:
+                return set_paths(client, request);
             case RequestVerb::hello:
             case RequestVerb::heartbeat:
             case RequestVerb::credit:
@@ -112,6 +114,7 @@ class DeviceServer::State : public ConnectionOwner {
         const std::lock_guard lock(mutex_);
         if (controller_ != &client) return;
         controller_ = nullptr;
+        settings_.acquire.path_tables.clear();  // they were of its calibration
         if (run_ == nullptr) return;
         stop_reason_ = client.client + " was lost: " + why;
         stop_ = true;
@@ -184,6 +187,24 @@ class DeviceServer::State : public ConnectionOwner {
         return response;
     }
 
+    Response set_paths(const Connection& client, const Request& request) {
+        if (Status may = may_change(client); !may) return refusal(may.failure().message);
+        std::vector<PathTable>& tables = settings_.acquire.path_tables;
+        if (request.paths) {
+            const std::string why = check_paths(*request.paths, device_.devices, settings_.acquire);
+            if (!why.empty()) return refusal(why);
+            std::erase_if(tables, [&](const PathTable& table) {
+                return table.laser_id == request.paths->laser_id;
+            });
+            tables.push_back(*request.paths);
+        } else {
+            tables.clear();
+        }
+        Response response;
+        response.role = client.role;
+        return response;
+    }
+
     Response start(Connection& client, const Request& request) {
         if (Status may = may_change(client); !may) return refusal(may.failure().message);
         const ScanPlan& plan = *request.plan;  // validate() has seen it
@@ -243,6 +264,8 @@ class DeviceServer::State : public ConnectionOwner {
         Status begun;
         if (!options_.spool_folder.empty()) begun = stream.spool_to(spool_path(number));
         if (begun) begun = stream.begin(first);
+        for (const PathTable* table : paths_followed(plan, options))
+            if (begun) begun = stream.take_path_table(*table);
         if (begun)
             report = run_plan(plan, device_.devices, options, stream, stop_);
         else

@@ -40,6 +40,10 @@ Status RunStream::end(const End& end) {
     return send_(*message);
 }
 
+Status RunStream::take_path_table(const PathTable& table) {
+    return put(MessageType::path_table, encode(table));
+}
+
 Status RunStream::take_frame(const Frame& frame) { return put(MessageType::frame, encode(frame)); }
 
 Status RunStream::take_axis_log(const AxisLog& log) {

@@ -22,6 +22,8 @@ class RunStream : public AcquireSink {
     Status spool_to(const std::string& path);
     Status begin(const Snapshot& snapshot);
     Status end(const End& end);
+    /// Along which the run follows the light.
+    Status take_path_table(const PathTable& table);
     Status take_frame(const Frame& frame) override;
     Status take_axis_log(const AxisLog& log) override;
     Status take_pulse_map(const PulseMap& map) override;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <span>
 
 #include "firmware/stripe/path_spacetime.h"
 #include "firmware/stripe/spacetime.h"
@@ -21,27 +22,57 @@ namespace {
         "trusted; scan again with a smaller step");
 }
 
+using Pass = std::span<const Frame>;
+
+/// True if the axis goes from high to low positions at the frame; over a frame's period, because
+/// between two neighbouring positions of a log its own noise decides.
+bool goes_back(const Frame& frame, const AxisLog& log, TimeNs period_ns) {
+    const auto before = position_at(log, frame.row_time(0) - period_ns / 2);
+    const auto after = position_at(log, frame.row_time(0) + period_ns / 2);
+    return before && after && after->s < before->s;
+}
+
+/// The laser-on frames of each pass of the axis, in order.
+std::vector<Pass> passes_of(const RecordingContents& recording) {
+    const std::vector<Frame>& frames = recording.frames;
+    const TimeNs period_ns = frames.size() < 2 ? 0 : frames[1].row_time(0) - frames[0].row_time(0);
+    const bool turns = recording.snapshot.plan.both_directions;
+    std::vector<Pass> passes;
+    std::size_t first = 0;
+    bool back = false;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const bool same = frames[i].laser_id == frames[first].laser_id &&
+                          frames[i].exposure_index == frames[first].exposure_index;
+        const bool now_back = turns && goes_back(frames[i], recording.axis_log, period_ns);
+        if (i > first && (!same || now_back != back)) {
+            passes.emplace_back(&frames[first], i - first);
+            first = i;
+        }
+        back = now_back;
+    }
+    if (!frames.empty()) passes.emplace_back(&frames[first], frames.size() - first);
+    return passes;
+}
+
 /// The axis must be known at a frame's own time; frames before and after the log tell nothing.
-PulseMap along_paths(const RecordingContents& recording, const ScannerModel& model,
+PulseMap along_paths(const RecordingContents& recording, Pass frames, const ScannerModel& model,
                      const std::string& name) {
-    const Frame& first = recording.frames.front();
+    const Frame& first = frames.front();
     const Channel* channel = find_channel(model, first.camera_id, first.laser_id);
     if (!channel) throw Error(name + ": the scanner model has no channel for its camera and laser");
     PathOptions options;
     options.threads = thread_count();
     PathAnalyser analyser(make_path_table(*channel, model_hash(model)), first.bits,
                           recording.snapshot.device.noise, options);
-    for (const Frame& frame : recording.frames)
+    for (const Frame& frame : frames)
         if (const auto axis = position_at(recording.axis_log, frame.row_time(0)))
             analyser.add(frame, *axis);
     return analyser.finish();
 }
 
-/// Analyses recorded frames as the plan says.
-PulseMap analysed(const RecordingContents& recording, const std::string& name,
+/// Analyses the recorded frames of a pass as the plan says.
+PulseMap analysed(const RecordingContents& recording, Pass frames, const std::string& name,
                   const ScannerModel* model) {
-    const auto& frames = recording.frames;
-    if (frames.empty()) throw Error(name + ": holds neither pulses nor laser-on frames");
     const Frame& first = frames.front();
     const SensorNoise& noise = recording.snapshot.device.noise;
     if (recording.snapshot.plan.mode == StripeMode::spatial) {
@@ -54,12 +85,21 @@ PulseMap analysed(const RecordingContents& recording, const std::string& name,
             throw Error(name + ": spacetime frames of a " + recording.snapshot.device.kind +
                         " follow image paths, which need a calibrated model: expected a sweep with "
                         "mode = \"spatial\" in its plan");
-        return along_paths(recording, *model, name);
+        return along_paths(recording, frames, *model, name);
     }
     SpacetimeAnalyser analyser(first.width, first.height, first.bits, noise,
                                {.threads = thread_count()});
     for (const Frame& frame : frames) analyser.add(frame);
     return analyser.finish();
+}
+
+std::vector<PulseMap> analysed(const RecordingContents& recording, const std::string& name,
+                               const ScannerModel* model) {
+    const std::vector<Pass> passes = passes_of(recording);
+    if (passes.empty()) throw Error(name + ": holds neither pulses nor laser-on frames");
+    std::vector<PulseMap> maps;
+    for (const Pass pass : passes) maps.push_back(analysed(recording, pass, name, model));
+    return maps;
 }
 
 PulseMap joined(const std::vector<PulseMap>& maps, const std::string& name) {
@@ -91,11 +131,36 @@ PulseMap joined(const std::vector<PulseMap>& maps, const std::string& name) {
 
 PulseMap pulses_of(const RecordingContents& recording, const std::string& name,
                    const ScannerModel* model) {
-    PulseMap map = recording.pulse_maps.empty() ? analysed(recording, name, model)
-                                                : joined(recording.pulse_maps, name);
+    PulseMap map = joined(
+        recording.pulse_maps.empty() ? analysed(recording, name, model) : recording.pulse_maps,
+        name);
     if (map.undersampled) refuse_undersampled(name);
     if (recording.pulse_maps.empty()) assign_axis_positions(map, recording.axis_log);
     return map;
+}
+
+std::vector<PathTable> paths_for(const ScannerModel& model,
+                                 const std::vector<std::uint8_t>& lasers) {
+    std::vector<PathTable> tables;
+    for (const std::uint8_t laser : lasers) {
+        const auto channel =
+            std::find_if(model.channels.begin(), model.channels.end(),
+                         [laser](const Channel& c) { return c.laser_id == laser; });
+        if (channel == model.channels.end())
+            throw Error("the scanner model has no channel for laser " + std::to_string(laser) +
+                        ", which the plan asks for");
+        tables.push_back(make_path_table(*channel, model_hash(model)));
+    }
+    return tables;
+}
+
+std::string paths_note(const RecordingContents& recording, const ScannerModel& model) {
+    const std::string hash = model_hash(model);
+    for (const PathTable& table : recording.path_tables)
+        if (!recording.pulse_maps.empty() && table.model_hash != hash)
+            return "its pulses were followed along the paths of model " + table.model_hash +
+                   ", not of this one (" + hash + "): where the two differ much, scan again";
+    return "";
 }
 
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,

@@ -16,6 +16,14 @@ namespace stria {
 PulseMap pulses_of(const RecordingContents& recording, const std::string& name,
                    const ScannerModel* model = nullptr);
 
+/// The image paths that a run in spacetime needs on a rail or turntable, one table for each of the
+/// lasers. Throws stria::Error if the model lacks one of them or is of a swept machine.
+std::vector<PathTable> paths_for(const ScannerModel& model,
+                                 const std::vector<std::uint8_t>& lasers);
+
+/// Empty, or that the device followed the paths of another model than this one.
+std::string paths_note(const RecordingContents& recording, const ScannerModel& model);
+
 /// Range image of a recorded sweep, with the model's clock delay applied and its hash noted.
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,
                      const std::string& name);

@@ -58,6 +58,8 @@ class RangeVerb final : public Verb {
         context.check_output(out);
         const RecordingContents contents = load_recording(recording);
         for (const std::string& note : contents.notes) context.say(recording + ": " + note);
+        if (const std::string note = paths_note(contents, model); !note.empty())
+            context.say(recording + ": " + note);
         RangeResult range = range_of(contents, model, recording);
         if (frame_ == "profiler") {
             const Channel& channel = model.channels.front();

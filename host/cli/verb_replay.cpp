@@ -45,6 +45,8 @@ class ReplayVerb final : public Verb {
 
         const RecordingContents contents = play(context, *device, info.plan, recording);
         for (const std::string& note : contents.notes) context.say(file_ + ": " + note);
+        if (const std::string note = paths_note(contents, choice.model); !note.empty())
+            context.say(file_ + ": " + note);
         context.say("model: " + choice.from);
         const RangeResult result = range_of(contents, choice.model, file_);
         write_range_image(range, result.image);

@@ -74,6 +74,7 @@ class ScanVerb final : public Verb {
         const ScanPlan plan = plan_.empty() ? default_plan(info) : read_plan(plan_);
         const Project project = open_or_create_project(out_);
         const std::string model_path = keep_model(context, project);
+        send_paths(context, *device, info, plan, model_path);
         const ScanFolder folder = make_next_scan(project);
 
         const RecordingContents recording = record(context, *device, plan, folder);
@@ -96,8 +97,10 @@ class ScanVerb final : public Verb {
                 ": recorded. No calibration is known, so there is no range image: run stria "
                 "calibrate scanner, then stria range with its --model");
         } else {
-            const RangeResult range =
-                range_of(recording, read_scanner(model_path), folder.recording());
+            const ScannerModel model = read_scanner(model_path);
+            if (const std::string note = paths_note(recording, model); !note.empty())
+                context.say(folder.recording() + ": " + note);
+            const RangeResult range = range_of(recording, model, folder.recording());
             write_range_image(folder.range(), range.image);
             context.say(folder.range() + ": " + describe(range.statistics));
             result.set("range", folder.range())
@@ -119,6 +122,24 @@ class ScanVerb final : public Verb {
             context.check_output(kept);
         write_scanner(kept, model);
         return kept;
+    }
+
+    /// A rail or turntable measures pulses in spacetime along the paths of its calibration.
+    void send_paths(const Context& context, DeviceClient& device, const Snapshot& info,
+                    const ScanPlan& plan, const std::string& model_path) const {
+        if (info.device.kind == name_of(MachineKind::swept) || plan.record == RecordWhat::frames)
+            return;
+        if (plan.mode == StripeMode::spacetime && model_path.empty())
+            throw Error("mode = spacetime: a " + info.device.kind +
+                        " measures pulses along the image paths of its calibration, and none is "
+                        "known: expected a project with scanner.toml or --model, or in the plan "
+                        "mode = \"spatial\" or record = \"frames\"");
+        if (plan.mode == StripeMode::spacetime)
+            device.set_paths(paths_for(read_scanner(model_path), plan.lasers));
+        else if (plan_.empty())
+            context.say(
+                "spatial peaks: without --plan the steps may exceed the beam's width; a plan with "
+                "mode = \"spacetime\" measures pulses along the calibration's image paths");
     }
 
     static RecordingContents record(const Context& context, DeviceClient& device,

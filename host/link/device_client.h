@@ -38,6 +38,11 @@ class DeviceClient {
     /// The feature as the device then has it. Throws DeviceError where the device refuses: unknown
     /// name, outside its range (with the reason), read only, or another client has control.
     virtual Feature set_feature(const std::string& name, const FeatureValue& value) = 0;
+    /// The image paths that runs in spacetime follow on a rail or turntable, one table a laser
+    /// (host/scan/path_table.h); they replace what was sent before, and the device forgets them
+    /// when this client goes. Throws DeviceError where the device refuses: its pixels are surface
+    /// points, another image size or laser, firmware that knows no paths.
+    virtual void set_paths(const std::vector<PathTable>& tables) = 0;
     /// Carries out a plan. A run that the device ends early still returns what it brought, with
     /// end->reason; a link that breaks throws, and the recording keeps what had come.
     virtual RecordingContents run(const ScanPlan& plan, const RunOptions& options = {}) = 0;

@@ -1,7 +1,9 @@
 #include "host/link/link_client.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 
 #include "firmware/protocol/codec.h"
 #include "firmware/protocol/recording.h"
@@ -53,6 +55,21 @@ class LinkClient : public DeviceClient {
     Feature set_feature(const std::string& name, const FeatureValue& value) override {
         return only(
             device_.demand({.verb = RequestVerb::set_feature, .name = name, .value = value}), name);
+    }
+
+    void set_paths(const std::vector<PathTable>& tables) override {
+        const std::vector<Feature> known = features();
+        const bool takes_paths = std::any_of(
+            known.begin(), known.end(), [](const Feature& f) { return f.name == "ImagePaths"; });
+        if (!takes_paths)
+            throw DeviceError(device_.name() +
+                              ": its firmware is older than image paths and takes none");
+        for (const PathTable& table : tables)
+            if (const std::string wrong = validate(table); !wrong.empty())
+                throw std::invalid_argument("set_paths: " + wrong);
+        device_.demand({.verb = RequestVerb::set_paths});
+        for (const PathTable& table : tables)
+            device_.demand({.verb = RequestVerb::set_paths, .paths = table});
     }
 
     RecordingContents run(const ScanPlan& plan, const RunOptions& options) override {

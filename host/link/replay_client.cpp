@@ -23,12 +23,18 @@ class ReplayClient : public DeviceClient {
         throw DeviceError(path_ + ": " + name + " cannot be set: a recording can only be read");
     }
 
+    /// A recording was made along its own paths; run() notes where others are asked for.
+    void set_paths(const std::vector<PathTable>& tables) override { asked_paths_ = tables; }
+
     RecordingContents run(const ScanPlan& plan, const RunOptions& options) override {
         if (!options.recording_path.empty()) copy(options.recording_path);
         LoadOptions load = options.load;
         RecordingContents contents = load_recording(path_, load);
         if (encode(asked_for(plan)) != encode(asked_for(snapshot_.plan)))
             contents.notes.push_back("the recording was made with another plan than asked for");
+        if (!asked_paths_.empty() && !contents.path_tables.empty() &&
+            asked_paths_ != contents.path_tables)
+            contents.notes.push_back("the recording was made along other image paths than asked");
         return contents;
     }
 
@@ -65,6 +71,7 @@ class ReplayClient : public DeviceClient {
 
     std::string path_;
     Snapshot snapshot_;
+    std::vector<PathTable> asked_paths_;
 };
 
 }  // namespace

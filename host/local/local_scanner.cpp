@@ -41,6 +41,9 @@ Feature LocalScanner::feature(const std::string& name) { return parts_->client->
 Feature LocalScanner::set_feature(const std::string& name, const FeatureValue& value) {
     return parts_->client->set_feature(name, value);
 }
+void LocalScanner::set_paths(const std::vector<PathTable>& tables) {
+    parts_->client->set_paths(tables);
+}
 RecordingContents LocalScanner::run(const ScanPlan& plan, const RunOptions& options) {
     return parts_->client->run(plan, options);
 }

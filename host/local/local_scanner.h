@@ -20,6 +20,7 @@ class LocalScanner : public DeviceClient {
     std::vector<Feature> features() override;
     Feature feature(const std::string& name) override;
     Feature set_feature(const std::string& name, const FeatureValue& value) override;
+    void set_paths(const std::vector<PathTable>& tables) override;
     RecordingContents run(const ScanPlan& plan, const RunOptions& options = {}) override;
 
     /// Not while a run is going on.

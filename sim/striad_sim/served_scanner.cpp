@@ -42,6 +42,7 @@ ServedDevice served_scanner(SimulatedScanner& scanner, int threads) {
     device.acquire.exposure_ns = std::llround(scene.sensor.exposure_us * 1e3);
     device.acquire.spatial.threads = threads;
     device.acquire.spacetime.threads = threads;
+    device.acquire.paths.threads = threads;
     device.further_features.push_back(scene_view(scanner));
     return device;
 }

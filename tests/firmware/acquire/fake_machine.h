@@ -3,7 +3,9 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
+#include <limits>
 
+#include "firmware/core/image_paths.h"
 #include "firmware/devices/devices.h"
 
 namespace stria {
@@ -22,6 +24,7 @@ class FakeMachine {
     int repeat_frame = -1;                ///< sequence that it gives twice, in every stream
     std::int64_t silent_from_frame = -1;  ///< frame, counted over all streams
     double axis_stalls_at = 1e300;        ///< s
+    TimeNs log_ends_at = std::numeric_limits<TimeNs>::max();  ///< no position is logged after it
     std::function<void()> on_frame = [] {};
 
     int calls = 0;
@@ -30,6 +33,21 @@ class FakeMachine {
     bool lit_with_open_interlock = false;  ///< for longer than a frame takes
     double emission_s = 0;
     std::atomic<TimeNs> now = kNsPerSecond;
+
+    /// Paths that move ten columns a unit of s, as if the stripe's light lay on a flat part.
+    static PathTable paths(std::uint8_t laser_id = 0) {
+        PathTable table;
+        table.laser_id = laser_id;
+        table.image_width = kWidth;
+        table.image_height = kHeight;
+        table.nodes_x = table.nodes_y = 2;
+        table.model_hash = "0123456789abcdef";
+        table.du_ds.assign(4, 10.0F);
+        for (auto* column : {&table.dv_ds, &table.d2u_ds2, &table.d2v_ds2}) column->assign(4, 0.0F);
+        table.width_s.assign(4, 0.12F);  // the stripe is 1.2 columns wide
+        table.valid.assign(4, 1);
+        return table;
+    }
 
     Devices devices() { return {clock_, camera_, laser_, axis_, interlock_}; }
 
@@ -176,7 +194,8 @@ class FakeMachine {
             AxisLog log;
             log.sigma_s = 1e-6;
             for (; m.next_log_ <= m.now; m.next_log_ += kNsPerMs)
-                log.samples.push_back({m.next_log_, m.s_at(m.next_log_)});
+                if (m.next_log_ < m.log_ends_at)
+                    log.samples.push_back({m.next_log_, m.s_at(m.next_log_)});
             return log;
         }
         Status stop() override {

@@ -88,10 +88,24 @@ TEST(Codec, SmallMessagesKeepEveryField) {
     EXPECT_EQ(request.credit_bytes, samples::request().credit_bytes);
     EXPECT_EQ(request.channels, 3);
     ASSERT_TRUE(request.plan);
+    EXPECT_FALSE(request.paths);
+    EXPECT_EQ(round_trip(samples::paths_request()).paths, samples::path_table());
     const Response response = round_trip(samples::response());
     EXPECT_EQ(response.features, samples::features());
     EXPECT_EQ(response.error, "no");
     ASSERT_TRUE(response.snapshot);
+}
+
+TEST(Codec, ARefusedRequestStillTellsItsId) {
+    Request request = samples::paths_request();
+    request.paths->width_s.push_back(1);
+    const Bytes payload = encode(request);
+    const auto refused = decode(MessageType::request, payload);
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.failure().message.find("request: paths: path column"), std::string::npos)
+        << refused.failure().message;
+    EXPECT_EQ(request_id(payload), request.id);
+    EXPECT_FALSE(request_id(Bytes(20, 0xff)));
 }
 
 // A cut payload either fails or, where only padding was cut, still satisfies validate().

@@ -156,6 +156,14 @@ inline Request request() {
     return request;
 }
 
+inline Request paths_request() {
+    Request request;
+    request.id = 6;
+    request.verb = RequestVerb::set_paths;
+    request.paths = path_table();
+    return request;
+}
+
 inline Response response() {
     Response response;
     response.id = 5;
@@ -170,8 +178,9 @@ inline Response response() {
 
 inline std::vector<Message> all() {
     PulseMap map = pulse_map();
-    return {snapshot(),   frame(),  frame(9, 4, 12), axis_log(), PulseBand{map, 0, map.height},
-            path_table(), health(), end(),           request(),  response()};
+    return {snapshot(),     frame(),  frame(9, 4, 12), axis_log(), PulseBand{map, 0, map.height},
+            path_table(),   health(), end(),           request(),  response(),
+            paths_request()};
 }
 
 }  // namespace stria::samples

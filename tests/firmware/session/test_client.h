@@ -99,12 +99,15 @@ class TestClient {
 
 /// A session on a fake machine whose frames each take `frame_time` of real time.
 struct FakeSession {
-    explicit FakeSession(ServerOptions options = {}, Milliseconds frame_time = Milliseconds(0)) {
+    explicit FakeSession(ServerOptions options = {}, Milliseconds frame_time = Milliseconds(0),
+                         bool moves_part = false) {
         machine.on_frame = [frame_time] { std::this_thread::sleep_for(frame_time); };
         ServedDevice device(machine.devices());
         device.model_name = "fake scanner";
         device.serial = "7";
         device.model_text = "# a model";
+        device.acquire.spacetime_per_pixel = !moves_part;
+        if (moves_part) device.kind = "rail";
         server = std::make_unique<DeviceServer>(device, options);
     }
     /// Waits up to 10 s.

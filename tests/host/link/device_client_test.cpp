@@ -22,8 +22,9 @@ using SteadyClock = std::chrono::steady_clock;
 /// A fake machine behind a real socket, accepting on a thread of its own.
 class Served {
   public:
-    explicit Served(const std::string& address, Milliseconds frame_time = Milliseconds(0))
-        : session({}, frame_time) {
+    explicit Served(const std::string& address, Milliseconds frame_time = Milliseconds(0),
+                    bool moves_part = false)
+        : session({}, frame_time, moves_part) {
         auto opened = listen_socket(*parse_address(address));
         EXPECT_TRUE(opened) << opened.failure().message;
         listener_ = std::move(*opened);

@@ -7,6 +7,7 @@
 
 #include "calib/camera_problem.h"
 #include "calib/focal_start.h"
+#include "firmware/core/median.h"
 #include "host/core/errors.h"
 
 namespace stria {
@@ -72,10 +73,7 @@ void need_views(const CameraProblem& problem) {
 double robust_sigma_px(const std::vector<std::vector<double>>& lengths) {
     std::vector<double> all;
     for (const auto& view : lengths) all.insert(all.end(), view.begin(), view.end());
-    if (all.empty()) return 0;
-    const auto middle = all.begin() + static_cast<long>(all.size() / 2);
-    std::nth_element(all.begin(), middle, all.end());
-    return *middle / 1.17741;  // median of a Rayleigh distribution
+    return median(std::move(all)) / 1.17741;  // median of a Rayleigh distribution
 }
 
 /// Marks points far off all others as unused, views with a third of such points as rejected.

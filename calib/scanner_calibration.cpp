@@ -11,6 +11,7 @@
 #include "calib/predicted_sigma.h"
 #include "calib/scanner_problem.h"
 #include "calib/stripe_points.h"
+#include "firmware/core/median.h"
 #include "host/core/errors.h"
 
 namespace stria {
@@ -20,13 +21,6 @@ constexpr int kLeastViews = 3;
 constexpr int kLeastStripePoints = 50;
 
 constexpr int kCellsKept = 60000;  ///< of a pulse map; a hundred times the points used
-
-double median(std::vector<double> values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 void check(const ScannerModel& nominal, const Board& board,
            const ScannerCalibrationOptions& options) {

@@ -1,4 +1,5 @@
 #include "host/cli/stripe_colour.h"
+#include "firmware/core/median.h"
 
 #include <algorithm>
 #include <array>
@@ -13,13 +14,6 @@ constexpr double kLeastShare = 0.25;    // of the peak's height: red lasers in p
 constexpr double kNearlyClipped = 0.9;  // of full scale; JPEG smears what was clipped
 constexpr int kSideReach = 8;           // px of background on either side
 constexpr int kRows = 2;                // averaged above and below, against noise
-
-double median(std::vector<double>& values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 int excess_over_others(const std::uint16_t* rgb, int channel) {
     return rgb[channel] - std::max(rgb[(channel + 1) % 3], rgb[(channel + 2) % 3]);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "firmware/core/median.h"
 #include "firmware/stripe/noise_estimate.h"
 #include "host/core/errors.h"
 #include "host/core/frame_image.h"
@@ -76,9 +77,7 @@ void StripeImages::read_times(const std::string& path) {
     for (std::size_t i = 1; i < times.size(); ++i)
         steps.push_back(std::abs(times[i] - times[i - 1]));
     if (!steps.empty()) {
-        std::nth_element(steps.begin(), steps.begin() + static_cast<long>(steps.size() / 2),
-                         steps.end());
-        ns_per_unit_ = 1e9 / steps[steps.size() / 2];
+        ns_per_unit_ = 1e9 / median(std::move(steps));
         direction_ = times[1] > times[0] ? 1 : -1;
     }
     for (const double time : times)
@@ -183,11 +182,8 @@ SensorNoise StripeImages::estimated_noise() {
 SensorNoise StripeImages::noise_of(const SensorNoise& sensor) {
     if (off_.empty()) return sensor;
     SensorNoise noise = sensor;
-    std::vector<std::uint16_t> dark = background_of(0).values;
-    const auto middle = dark.begin() + static_cast<long>(dark.size() / 2);
-    std::nth_element(dark.begin(), middle, dark.end());
     const double frames = off_.size() == files_.size() ? 1.0 : static_cast<double>(off_.size());
-    const double light_e = *middle * sensor.gain_e_per_dn;
+    const double light_e = median(background_of(0).values) * sensor.gain_e_per_dn;
     noise.read_noise_e =
         std::sqrt((1 + 1 / frames) * (sensor.read_noise_e * sensor.read_noise_e + light_e));
     noise.black_dn = pedestal_dn();

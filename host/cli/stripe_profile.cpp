@@ -1,4 +1,5 @@
 #include "host/cli/stripe_profile.h"
+#include "firmware/core/median.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -8,13 +9,6 @@ namespace stria {
 namespace {
 
 constexpr int kBands = 8;
-
-double median(std::vector<float> values) {
-    if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-    const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 }  // namespace
 
@@ -39,14 +33,15 @@ std::vector<StripeProfile::Band> StripeProfile::bands() const {
     const int count = static_cast<int>(values_.size());
     for (int i = 0; i < count; ++i) {
         const Values& of = values_[static_cast<std::size_t>(i)];
+        constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
         Band band;
         band.from = (i * length_ + count - 1) / count;
         band.to = ((i + 1) * length_ + count - 1) / count;
         band.flagged = of.flagged;
         band.peaks = of.flagged + of.width.size();
-        band.width = median(of.width);
-        band.sigma = median(of.sigma);
-        band.amplitude = median(of.amplitude);
+        band.width = median(of.width, kNone);
+        band.sigma = median(of.sigma, kNone);
+        band.amplitude = median(of.amplitude, kNone);
         out.push_back(band);
     }
     return out;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "firmware/core/median.h"
 #include "host/cli/verbs.h"
 #include "host/cli/version.h"
 #include "host/core/errors.h"
@@ -20,13 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string num(double value) { return format_number(value); }
-
-double median_of(std::vector<double> values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 ReportSection scans_section(const Project& project, std::size_t& scans_shown) {
     ReportPictures pictures;
@@ -48,8 +42,8 @@ ReportSection scans_section(const Project& project, std::size_t& scans_shown) {
             }
         table.rows.push_back({scan.name, name_of(image.kind),
                               std::to_string(image.width) + " x " + std::to_string(image.height),
-                              std::to_string(random.size()), num(median_of(random)),
-                              num(median_of(systematic))});
+                              std::to_string(random.size()), num(median(random)),
+                              num(median(systematic))});
         pictures.pictures.push_back({"scan " + scan.name, picture_of_range(image, 300).picture});
         ++scans_shown;
     }

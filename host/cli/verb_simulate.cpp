@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "firmware/core/median.h"
 #include "host/cli/progress.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
@@ -54,10 +55,7 @@ double axis_travel_of_a_sigma(const SimulatedScanner& scanner) {
     if (travels.empty())
         throw Error("simulate: at s = " + std::to_string(middle) +
                     " the laser meets nothing that the camera sees; state --plan");
-    std::nth_element(travels.begin(),
-                     travels.begin() + static_cast<std::ptrdiff_t>(travels.size() / 2),
-                     travels.end());
-    return travels[travels.size() / 2];
+    return median(std::move(travels));
 }
 
 std::string numbered(const char* stem, std::size_t number) {

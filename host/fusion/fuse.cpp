@@ -4,6 +4,7 @@
 #include <ctime>
 #include <stdexcept>
 
+#include "firmware/core/median.h"
 #include "host/core/errors.h"
 #include "host/fusion/background.h"
 #include "host/fusion/carve.h"
@@ -33,13 +34,6 @@ class CpuTimer {
     double& sum_;
     double start_;
 };
-
-double median(std::vector<double> values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 double default_voxel_mm(const std::vector<FuseScan>& scans) {
     std::vector<double> pitches;

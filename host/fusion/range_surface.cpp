@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "firmware/core/median.h"
 #include "firmware/core/pulse.h"
 #include "host/geometry/range_grid.h"
 
@@ -90,10 +91,7 @@ double median_sigma_mm(const RangeImage& image) {
     for (std::size_t cell = 0; cell < image.cell_count(); ++cell)
         if (image.mask[cell] && image.points[cell].sigma_mm > 0)
             sigmas.push_back(image.points[cell].sigma_mm);
-    if (sigmas.empty()) return 0;
-    const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
-    std::nth_element(sigmas.begin(), middle, sigmas.end());
-    return static_cast<double>(*middle);
+    return median(std::move(sigmas));
 }
 
 RangeSurface make_range_surface(const RangeImage& image, const Rigid3& world_from_scan,

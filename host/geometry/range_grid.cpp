@@ -1,4 +1,5 @@
 #include "host/geometry/range_grid.h"
+#include "firmware/core/median.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -138,10 +139,7 @@ double median_pitch_mm(const RangeImage& image) {
             if (y + 1 < image.height && image.has(x, y + 1))
                 pitches.push_back((image.at(x, y + 1).position - here).norm());
         }
-    if (pitches.empty()) return 0;
-    const auto middle = pitches.begin() + static_cast<std::ptrdiff_t>(pitches.size() / 2);
-    std::nth_element(pitches.begin(), middle, pitches.end());
-    return *middle;
+    return median(std::move(pitches));
 }
 
 std::vector<std::uint16_t> border_distance(const RangeImage& image,

@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "firmware/core/median.h"
 #include "host/geometry/parallel.h"
 #include "host/registration/joint.h"
 #include "host/registration/pair_check.h"
@@ -151,9 +152,7 @@ double detail_of(const std::vector<ScanSurface>& surfaces, const CoarseOptions& 
         pitch = std::max(pitch, surface.pitch_mm);
     }
     if (extents.empty()) return 0;
-    const auto middle = extents.begin() + static_cast<std::ptrdiff_t>(extents.size() / 2);
-    std::nth_element(extents.begin(), middle, extents.end());
-    return std::max(2 * pitch, *middle / 130);
+    return std::max(2 * pitch, median(std::move(extents)) / 130);
 }
 
 /// Of the many poses that some shapes suggest, those under which the scans look most like one part:

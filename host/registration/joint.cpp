@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "firmware/core/median.h"
 #include "host/geometry/parallel.h"
 #include "host/registration/joint_problem.h"
 
@@ -16,13 +17,6 @@ using Eigen::Vector3d;
 constexpr double kMadToSigma = 1.4826;
 constexpr double kTukey = 4.685;  // 95 % efficient for normal noise
 constexpr double kAnneal = 0.7;   // a step's share of the one before
-
-double median_of(std::vector<double> values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 /// Sampling of the levels: a few points far off, then all.
 struct Level {
@@ -82,12 +76,12 @@ JointSolver::JointSolver(const SurfaceList& surfaces, const std::vector<ScanPose
         count += 1;
     }
     if (count > 0) problem_.centre /= count;
-    problem_.scale_mm = std::max(1e-9, 0.25 * median_of(extents));  // a typical arm
+    problem_.scale_mm = std::max(1e-9, 0.25 * median(extents));  // a typical arm
     start_distance_ =
-        options.start_distance_mm > 0 ? options.start_distance_mm : 0.1 * median_of(extents);
+        options.start_distance_mm > 0 ? options.start_distance_mm : 0.1 * median(extents);
     anneal_mm_ = start_distance_ / kTukey;
-    least_anneal_mm_ = 0.25 * median_of(pitches);
-    tolerance_ = options.tolerance_mm > 0 ? options.tolerance_mm : median_of(pitches) / 500;
+    least_anneal_mm_ = 0.25 * median(pitches);
+    tolerance_ = options.tolerance_mm > 0 ? options.tolerance_mm : median(pitches) / 500;
     make_pairs();
 }
 
@@ -155,8 +149,8 @@ void JointSolver::weigh(PairMatches& pair) const {
     // Early on no pair may be surer than the anneal allows: most of a smooth part agrees with
     // itself wherever it slides to, and the few places that tell where it belongs would count as
     // outliers.
-    const double annealed = anneal_mm_ / median_of(pair.sigma_mm);
-    pair.spread = std::max({least, kMadToSigma * median_of(sizes), annealed});
+    const double annealed = anneal_mm_ / median(pair.sigma_mm);
+    pair.spread = std::max({least, kMadToSigma * median(sizes), annealed});
     for (std::size_t m = 0; m < pair.matches.size(); ++m) {
         const double u = sizes[m] / (kTukey * pair.spread);
         if (u >= 1) continue;
@@ -166,7 +160,7 @@ void JointSolver::weigh(PairMatches& pair) const {
     const double pitch =
         std::max(surfaces_[pair.source]->pitch_mm, surfaces_[pair.target]->pitch_mm);
     pair.gate_mm = std::min(
-        pair.gate_mm, std::max({3 * pitch, 4 * median_of(pair.distance_mm), kTukey * anneal_mm_}));
+        pair.gate_mm, std::max({3 * pitch, 4 * median(pair.distance_mm), kTukey * anneal_mm_}));
 }
 
 /// Poses that have settled are good to the distances most matches show; pairs that barely overlap
@@ -178,7 +172,7 @@ void JointSolver::narrow_gates() {
             if (pair.weight[m] > 0) distances.push_back(pair.distance_mm[m]);
     for (const ScanSurface* surface : surfaces_)
         if (!surface->points.empty()) pitches.push_back(surface->pitch_mm);
-    const double gate = std::max(3 * median_of(pitches), 4 * median_of(distances));
+    const double gate = std::max(3 * median(pitches), 4 * median(distances));
     for (PairMatches& pair : pairs_) pair.gate_mm = std::min(pair.gate_mm, gate);
 }
 

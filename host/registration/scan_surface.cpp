@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "firmware/core/median.h"
 #include "host/geometry/range_grid.h"
 
 namespace stria {
@@ -92,11 +93,8 @@ bool has_sigma(const RangeImage& image) {
 
 /// Raises each sigma to a third of the median, so that no point rules by claiming to be perfect.
 void limit_from_below(std::vector<double>& sigmas) {
-    if (sigmas.empty()) return;
-    std::vector<double> sorted = sigmas;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    for (double& sigma : sigmas) sigma = std::max(sigma, *middle / 3);
+    const double least = median(sigmas) / 3;
+    for (double& sigma : sigmas) sigma = std::max(sigma, least);
 }
 
 /// Standard deviation along `normal` of a point with sigma along its error direction and across it.

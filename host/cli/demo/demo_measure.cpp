@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/core/median.h"
 #include "host/geometry/nearest.h"
 #include "host/geometry/parallel.h"
 #include "host/geometry/range_grid.h"
@@ -15,12 +16,6 @@ constexpr double kSmoothMm = 3.0;  // creases nearer than this are not "smooth"
 
 double percentile(const std::vector<double>& sorted, double share) {
     return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
-}
-
-double median(std::vector<double> values) {
-    if (values.empty()) return 0;
-    std::sort(values.begin(), values.end());
-    return percentile(values, 0.5);
 }
 
 /// What one comparison of a point gave.

@@ -1,11 +1,11 @@
 #include "host/cli/demo/demo_run.h"
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <mutex>
 
 #include "calib/scanner_calibration.h"
+#include "firmware/core/median.h"
 #include "host/cli/calibration_views.h"
 #include "host/cli/demo/demo_capture.h"
 #include "host/cli/demo/demo_scene.h"
@@ -221,11 +221,6 @@ void judge_poses(DemoResult& result) {
         result.pose_error_rad.push_back(vector_from_rotation(error.rotation).norm());
         result.pose_error_mm.push_back(error.translation.norm());
     }
-}
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values.empty() ? 0 : values[values.size() / 2];
 }
 
 void compare(const Truth& truth, const Context& context, DemoResult& result) {

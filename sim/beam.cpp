@@ -46,6 +46,30 @@ double oren_nayar(const Eigen::Vector3d& normal, const Eigen::Vector3d& to_light
     return a + b * std::max(0.0, cos_between) * sin_tan;
 }
 
+double glossy_lobe(const Eigen::Vector3d& normal, const Eigen::Vector3d& to_light,
+                   const Eigen::Vector3d& to_eye, double alpha) {
+    const double cos_light = normal.dot(to_light), cos_eye = normal.dot(to_eye);
+    if (cos_light <= 0 || cos_eye <= 0) return 0;
+    const double a2 = alpha * alpha;
+    const double cos_half = normal.dot((to_light + to_eye).normalized());
+    const double spread = cos_half * cos_half * (a2 - 1) + 1;
+    const double d = a2 / (std::numbers::pi * spread * spread);
+    // G / (4 cos cos) with Smith's G1 = 2 cos / (cos + sqrt(a2 + (1 - a2) cos^2)).
+    const auto half_g = [&](double c) { return c + std::sqrt(a2 + (1 - a2) * c * c); };
+    return d / (half_g(cos_light) * half_g(cos_eye));
+}
+
+double reflected_share(const SurfaceHit& hit, const Eigen::Vector3d& to_light,
+                       const Eigen::Vector3d& to_eye) {
+    const Eigen::Vector3d normal = hit.normal.cast<double>();
+    double share = static_cast<double>(hit.albedo) *
+                   oren_nayar(normal, to_light, to_eye, static_cast<double>(hit.roughness_rad));
+    if (hit.specular > 0)
+        share += std::numbers::pi * static_cast<double>(hit.specular) *
+                 glossy_lobe(normal, to_light, to_eye, static_cast<double>(hit.gloss));
+    return share;
+}
+
 HeadPose head_pose(const Channel& channel, double s) {
     const Rigid3 world_from_camera = scan_from_camera(channel, s);
     return {world_from_camera, world_from_camera.inverse()};
@@ -66,29 +90,31 @@ Beam::Beam(const Scene& scene) : channel_(scene.channel) {
 }
 
 double Beam::rate(const SurfaceHit& hit, const Rigid3& world_from_camera,
-                  const Eigen::Vector3d& unfolded_in_camera, const Eigen::Vector3d& apex_in_camera,
-                  double sigma_mm) const {
+                  const Eigen::Vector3d& eye_in_world, const Eigen::Vector3d& unfolded_in_camera,
+                  const Eigen::Vector3d& apex_in_camera, double sigma_mm) const {
     const LaserSheet& sheet = channel_.sheet;
     const Eigen::Vector3d apex = world_from_camera * apex_in_camera;
     const Eigen::Vector3d normal = hit.normal.cast<double>();
     const double range_mm = (apex - hit.point).norm();
     const Eigen::Vector3d to_light = (apex - hit.point) / range_mm;
     const double cos_incidence = normal.dot(to_light);
-    if (cos_incidence <= 0 || hit.albedo <= 0) return 0;
+    if (cos_incidence <= 0 || hit.albedo + hit.specular <= 0) return 0;
     if (sheet.central_ray.dot(unfolded_in_camera - sheet.apex) <= 0) return 0;
     const double share = fan_share(sheet, fan_angle(sheet, unfolded_in_camera));
     if (share <= 0) return 0;
-    const Eigen::Vector3d to_eye = (world_from_camera.translation - hit.point).normalized();
+    const Eigen::Vector3d to_eye = (eye_in_world - hit.point).normalized();
     const double irradiance =
         laser_power_mw_ * share * cos_incidence /
         (sheet.fan_rad * range_mm * std::sqrt(2 * std::numbers::pi) * sigma_mm);
-    const double reflection =
-        static_cast<double>(hit.albedo) *
-        oren_nayar(normal, to_light, to_eye, static_cast<double>(hit.roughness_rad));
-    return electrons_per_irradiance_ * irradiance * reflection;
+    return electrons_per_irradiance_ * irradiance * reflected_share(hit, to_light, to_eye);
 }
 
 std::optional<BeamAtPoint> Beam::passing(const SurfaceHit& hit, double guess) const {
+    return passing(hit, guess, scan_from_camera(channel_, 0).translation);
+}
+
+std::optional<BeamAtPoint> Beam::passing(const SurfaceHit& hit, double guess,
+                                         const Eigen::Vector3d& eye_in_world) const {
     const MirrorAxis& mirror = channel_.axis.mirror;
     const LaserSheet& sheet = channel_.sheet;
     const Rigid3 world_from_camera = scan_from_camera(channel_, 0);
@@ -123,7 +149,7 @@ std::optional<BeamAtPoint> Beam::passing(const SurfaceHit& hit, double guess) co
     BeamAtPoint beam;
     beam.position = s;
     beam.per_position = beam.per_s = std::abs(slope) / sigma_mm;
-    beam.rate = rate(hit, world_from_camera, image, apex, sigma_mm);
+    beam.rate = rate(hit, world_from_camera, eye_in_world, image, apex, sigma_mm);
     // Shadows end at the mirror, not at the apex behind it.
     const double height = m.dot(from_axis) - mirror.offset_mm;
     const double at_mirror = height / (height + height_of_apex);
@@ -163,9 +189,31 @@ BeamAtPoint Beam::beside(const SurfaceHit& hit, const HeadPose& head, double tra
     if (speed != 0)
         beam.per_s = (signed_distance(sheet, p * (1 + h * speed)) - beam.position) / (h * sigma_mm);
     if (std::abs(beam.per_s) < kSlowestPerS) beam.per_s = kSlowestPerS;
-    beam.rate = rate(hit, head.world_from_camera, p, sheet.apex, sigma_mm);
+    beam.rate = rate(hit, head.world_from_camera, head.world_from_camera.translation, p, sheet.apex,
+                     sigma_mm);
     beam.light_in_world = head.world_from_camera * sheet.apex;
     return beam;
+}
+
+BeamRay Beam::ray(double s, double phi) const {
+    const MirrorAxis& mirror = channel_.axis.mirror;
+    const double g = s + s * s * (mirror.g2 + s * mirror.g3);
+    const Eigen::Vector3d m =
+        mirror_along_ + std::cos(g) * mirror_cosine_ + std::sin(g) * mirror_sine_;
+    const LaserSheet sheet = sheet_at(channel_, s);
+    const double bow = phi * phi * (sheet.bow2 + phi * sheet.bow3);
+    const Eigen::Vector3d direction = std::cos(phi) * sheet.central_ray +
+                                      std::sin(phi) * sheet.normal.cross(sheet.central_ray) +
+                                      std::tan(bow) * sheet.normal;
+    // The image of the apex lies behind the mirror; light starts where its ray leaves the mirror.
+    const double to_mirror =
+        (mirror.offset_mm - m.dot(sheet.apex - mirror.point)) / m.dot(direction);
+    const Rigid3 world_from_camera = scan_from_camera(channel_, s);
+    BeamRay ray;
+    ray.origin = world_from_camera * Eigen::Vector3d(sheet.apex + to_mirror * direction);
+    ray.direction = (world_from_camera.rotation * direction).normalized();
+    ray.mw_per_rad = to_mirror > 0 ? laser_power_mw_ * fan_share(sheet, phi) / sheet.fan_rad : 0;
+    return ray;
 }
 
 }  // namespace stria

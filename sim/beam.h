@@ -27,6 +27,13 @@ struct HeadPose {
 };
 HeadPose head_pose(const Channel& channel, double s);
 
+/// One ray of the sheet as it leaves the turning mirror. World frame.
+struct BeamRay {
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();     ///< on the mirror
+    Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit
+    double mw_per_rad = 0;                                ///< of fan angle, at power 1
+};
+
 /// The laser of a scene: where it shines and how strongly a pixel sees it. Peak irradiance of the
 /// sheet P / (fan r sqrt(2 pi) sigma) (a fan of even radiant intensity), reflection by Oren and
 /// Nayar 1994 (their qualitative model), sensor by aperture, pixel, quantum efficiency.
@@ -44,14 +51,23 @@ class Beam {
     BeamAtPoint beside(const SurfaceHit& hit, const HeadPose& head, double travel = 0,
                        double pixels = 0) const;
 
+    /// The same for a surface that sees the laser, and that the camera sees, in a plane mirror:
+    /// `hit` is the surface's mirror image and `eye_in_world` the camera's.
+    std::optional<BeamAtPoint> passing(const SurfaceHit& hit, double guess,
+                                       const Eigen::Vector3d& eye_in_world) const;
+    /// The sheet's ray at fan angle phi (rad) of a swept machine at s.
+    BeamRay ray(double s, double phi) const;
+
+    /// Electrons a second of a pixel that sees a white Lambert surface under 1 mW/mm^2.
+    double electrons_per_mw_mm2() const { return electrons_per_irradiance_; }
     /// Electrons a second of a pixel that sees albedo 1 in ambient light.
     double ambient_rate() const { return ambient_rate_; }
     const Channel& channel() const { return channel_; }
 
   private:
     double rate(const SurfaceHit& hit, const Rigid3& world_from_camera,
-                const Eigen::Vector3d& unfolded_in_camera, const Eigen::Vector3d& apex_in_camera,
-                double sigma_mm) const;
+                const Eigen::Vector3d& eye_in_world, const Eigen::Vector3d& unfolded_in_camera,
+                const Eigen::Vector3d& apex_in_camera, double sigma_mm) const;
 
     Channel channel_;
     Eigen::Vector3d mirror_along_, mirror_cosine_, mirror_sine_;  ///< m(g) of the turning normal
@@ -60,6 +76,17 @@ class Beam {
     double laser_power_mw_ = 0;
     double ambient_rate_ = 0;
 };
+
+/// Share of the light (times pi) that a surface sends towards `to_eye`: albedo times oren_nayar
+/// plus the glossy lobe. Unit vectors.
+double reflected_share(const SurfaceHit& hit, const Eigen::Vector3d& to_light,
+                       const Eigen::Vector3d& to_eye);
+
+/// Share of the light (per steradian) in a glossy lobe of reflectance 1 at every angle: D G / (4
+/// cos cos), D by Trowbridge and Reitz 1975 ("GGX"), G by Smith, uncorrelated (Walter and others
+/// 2007, eqs. 33, 34, 23). 0 where light or eye are behind the surface. Unit vectors.
+double glossy_lobe(const Eigen::Vector3d& normal, const Eigen::Vector3d& to_light,
+                   const Eigen::Vector3d& to_eye, double alpha);
 
 /// Share of the light (times pi) that a surface of slope deviation `roughness_rad` sends towards
 /// `to_eye`; 1 for a Lambert surface. Unit vectors. Oren and Nayar 1994, their qualitative model.

@@ -123,6 +123,7 @@ void Machine::render(const Shot& shot, Frame& frame) {
     if (scene.channel.axis.kind == MachineKind::swept) {
         is_new = swept_light_view_ != view;
         if (is_new) swept_light_ = light.whole_sweep();
+        if (is_new) reflected_light_ = light.reflected_sweep(scene);
         swept_light_view_ = view;
     } else {
         of_this_frame = light.around(shot.s_middle, shot.travel);
@@ -148,6 +149,9 @@ void Machine::add_laser(const LightBlock& block, const Shot& shot, int width,
                                       static_cast<std::size_t>(rows) * each);
     }
     add_stripe(block, width, exposures, rows, electrons);
+    for (const LightBlock& reflected : reflected_light_)
+        if (reflected.row_begin == block.row_begin)
+            add_stripe(reflected, width, exposures, rows, electrons);
 }
 
 void Machine::convert(std::span<float> electrons, int row_begin, const Shot& shot,

@@ -89,7 +89,7 @@ struct Machine {
     };
 
     const PixelPattern pattern_;
-    std::vector<LightBlock> swept_light_;
+    std::vector<LightBlock> swept_light_, reflected_light_;
     int swept_light_view_ = -1;
     std::unique_ptr<Blur> blur_;  ///< null for a sharp lens
     void spread_ambient(const std::vector<LightBlock>& blocks, int width, int height);

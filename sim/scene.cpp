@@ -100,6 +100,18 @@ std::string validate_laser_and_axis(const Scene& scene) {
     return "";
 }
 
+std::string validate_reflection(const Scene& scene) {
+    const SceneReflection& reflection = scene.reflection;
+    if ((reflection.bounce || reflection.mirrors) && scene.channel.axis.kind != MachineKind::swept)
+        return "reflection: bounce and mirrors are simulated for swept machines only, found " +
+               std::string(name_of(scene.channel.axis.kind));
+    for (const SceneObject& object : scene.objects)
+        if (reflection.mirrors && object.mirror && object.shape != SceneShape::plane)
+            return "object '" + object.name +
+                   "': with reflection.mirrors a mirror is a plane, found another shape";
+    return "";
+}
+
 std::string validate_object(const SceneObject& object) {
     const std::string where = "object '" + object.name + "': ";
     if (!is_rigid(object.world_from_object))
@@ -108,6 +120,10 @@ std::string validate_object(const SceneObject& object) {
         return where + wrong("albedo", object.albedo, "0 to 1");
     if (!(object.roughness_rad >= 0 && object.roughness_rad <= 1.5))
         return where + wrong("roughness", object.roughness_rad, "0 to 1.5");
+    if (!(object.specular >= 0 && object.specular + (object.mirror ? 0 : object.albedo) <= 1))
+        return where + wrong("specular", object.specular, "0 or more, with albedo at most 1");
+    if (!(object.gloss >= 0.05 && object.gloss <= 1))
+        return where + wrong("gloss", object.gloss, "0.05 to 1");
     switch (object.shape) {
         case SceneShape::sphere:
             if (!(object.radius_mm > 0))
@@ -169,6 +185,7 @@ std::string validate(const Scene& scene) {
     if (std::string why = validate_laser_and_axis(scene); !why.empty()) return why;
     for (const SceneObject& object : scene.objects)
         if (std::string why = validate_object(object); !why.empty()) return why;
+    if (std::string why = validate_reflection(scene); !why.empty()) return why;
     if (std::string why = validate_views(scene); !why.empty()) return why;
     if (!(scene.ambient_level >= 0 && scene.ambient_level <= 10))
         return wrong("ambient.level", scene.ambient_level, "0 to 10");

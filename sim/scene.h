@@ -53,6 +53,12 @@ struct SceneFlicker {
     double depth = 0;  ///< 0: steady .. 1
 };
 
+/// [reflection]: light that reaches a surface by way of another one, once. Swept machines only.
+struct SceneReflection {
+    bool bounce = false;   ///< what lit surfaces scatter onto others; shadows included
+    bool mirrors = false;  ///< the sheet that plane mirrors (material = "mirror") throw on others
+};
+
 /// [axis]: AxisModel holds direction, mirror, table and delay; this is the drive.
 struct SceneAxis {
     double min = 0, max = 0;  ///< travel, mm or rad
@@ -83,7 +89,9 @@ struct SceneObject {
     Rigid3 world_from_object;
     double albedo = 0.8;       ///< 0..1
     double roughness_rad = 0;  ///< Oren-Nayar slope deviation; 0: Lambert
-    bool mirror = false;       ///< material = "mirror": returns nothing diffuse
+    bool mirror = false;       ///< material = "mirror": returns nothing diffuse, mirrors `albedo`
+    double specular = 0;       ///< share of the light in a glossy lobe, 0..1 with albedo; 0: none
+    double gloss = 0.3;        ///< width of that lobe: GGX alpha, 0.05..1
     /// Reflectance image, 0..255 as share of the albedo, laid on the frame's xy plane from the
     /// plane's corner (other shapes: the frame's origin), x along columns, y along rows, repeated.
     std::string texture;  ///< image file, relative to the scene
@@ -131,6 +139,7 @@ struct Scene {
     Channel channel;  ///< the true geometry: camera, sheet (as it leaves the laser), axis
     SceneSensor sensor;
     SceneLens lens;
+    SceneReflection reflection;
     double laser_power_mw = 30;  ///< in the sheet, at power 1
     SceneAxis axis;
     std::vector<SceneObject> objects;

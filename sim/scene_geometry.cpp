@@ -191,6 +191,8 @@ struct SceneGeometry::Content {
         hit.point = origin + distance * unit;
         hit.normal = (body.world_from_object.rotation * normal).cast<float>();
         hit.roughness_rad = static_cast<float>(object.roughness_rad);
+        hit.specular = static_cast<float>(object.specular);
+        hit.gloss = static_cast<float>(object.gloss);
         hit.albedo = static_cast<float>(albedo_at(object_index, primitive, o + distance * ray));
         return hit;
     }
@@ -340,6 +342,14 @@ bool SceneGeometry::is_occluded(const SurfaceHit& from, const Eigen::Vector3d& t
     RTCRay ray = single_ray(start, (to - start) / distance, 0, distance).ray;
     rtcOccluded1(content_->world.get(), &context, &ray);
     return ray.tfar < 0;
+}
+
+Rigid3 SceneGeometry::world_from_object(int object) const {
+    return content_->bodies.at(static_cast<std::size_t>(object)).world_from_object;
+}
+
+bool SceneGeometry::is_visible(int object) const {
+    return content_->bodies.at(static_cast<std::size_t>(object)).visible;
 }
 
 std::optional<double> SceneGeometry::error_along(const Eigen::Vector3d& point_in_world,

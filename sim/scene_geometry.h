@@ -14,7 +14,8 @@ struct SurfaceHit {
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, towards the ray's origin
     float albedo = 0;                                  ///< texture included; 0 for a mirror
     float roughness_rad = 0;
-    int object = -1;  ///< index in scene.objects; -1: no hit
+    float specular = 0, gloss = 1;  ///< SceneObject's
+    int object = -1;                ///< index in scene.objects; -1: no hit
 };
 
 /// The objects of one view as something rays can be cast at (Embree finds the primitive in float;
@@ -38,6 +39,10 @@ class SceneGeometry {
     /// True if something stands between a surface point and `to`. The segment starts a little
     /// above the surface (0.002 mm along the hit's normal on the side of `to`).
     bool is_occluded(const SurfaceHit& from, const Eigen::Vector3d& to) const;
+    /// Where an object stands in the present view, and whether it is there at all.
+    Rigid3 world_from_object(int object) const;
+    bool is_visible(int object) const;
+
     /// Signed error of a measured point along `direction` (unit) against the true surface: positive
     /// if the point lies beyond the surface, the nearest surface within reach_mm to either side.
     /// Empty if there is none.

@@ -105,6 +105,13 @@ SceneLens parse_lens(TomlTable table) {
     return lens;
 }
 
+SceneReflection parse_reflection(TomlTable table) {
+    SceneReflection reflection;
+    reflection.bounce = table.boolean("bounce", reflection.bounce);
+    reflection.mirrors = table.boolean("mirrors", reflection.mirrors);
+    return reflection;
+}
+
 void parse_laser(TomlTable table, Scene& scene) {
     LaserSheet sheet;
     sheet.apex = vector3(table, "apex");
@@ -198,6 +205,8 @@ SceneObject parse_object(TomlTable& table, std::size_t number, const std::string
     if (material != "diffuse" && material != "mirror")
         table.refuse("material", "expected diffuse or mirror, found " + material);
     object.mirror = material == "mirror";
+    object.specular = table.number("specular", object.specular);
+    object.gloss = table.number("gloss", object.gloss);
     if (table.has("texture")) {
         object.texture = table.text("texture");
         object.texture_size_mm = vector2(table, "texture_size_mm");
@@ -323,6 +332,9 @@ void format_camera_and_sensor(const Scene& scene, std::string& text) {
         .number("focus_mm", scene.lens.focus_mm)
         .line("cos4", scene.lens.cos4 ? "true" : "false")
         .number("corner_loss", scene.lens.corner_loss);
+    TableText(text, "[reflection]")
+        .line("bounce", scene.reflection.bounce ? "true" : "false")
+        .line("mirrors", scene.reflection.mirrors ? "true" : "false");
 }
 
 void format_laser_and_axis(const Scene& scene, std::string& text) {
@@ -384,7 +396,9 @@ void format_object(const SceneObject& object, std::string& text) {
     }
     table.line("world_from_object", list(object.world_from_object))
         .number("albedo", object.albedo)
-        .number("roughness", object.roughness_rad);
+        .number("roughness", object.roughness_rad)
+        .number("specular", object.specular)
+        .number("gloss", object.gloss);
     if (object.mirror) table.line("material", quoted("mirror"));
     if (object.texture_image && object.texture.empty())
         throw std::invalid_argument("format_scene: object '" + object.name +
@@ -421,6 +435,8 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::s
     scene.channel.camera = parse_camera(root.table("camera"));
     if (auto sensor = root.find_table("sensor")) scene.sensor = parse_sensor(std::move(*sensor));
     if (auto lens = root.find_table("lens")) scene.lens = parse_lens(std::move(*lens));
+    if (auto reflection = root.find_table("reflection"))
+        scene.reflection = parse_reflection(std::move(*reflection));
     parse_laser(root.table("laser"), scene);
     parse_axis(root.table("axis"), scene);
     for (TomlTable& object : root.tables("object"))

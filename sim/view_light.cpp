@@ -1,16 +1,21 @@
 #include "sim/view_light.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "host/geometry/parallel.h"
+#include "sim/bounce_light.h"
 #include "sim/lens.h"
+#include "sim/mirror_light.h"
 
 namespace stria {
 namespace {
 
 constexpr int kBlockRows = 32;
-constexpr int kStrata = 4;        ///< rays a side where a pixel is uneven
+constexpr int kStrata = 4;  ///< rays a side where a pixel is uneven
+constexpr int kRays = kStrata * kStrata;
 constexpr double kCrease = 0.25;  ///< second difference of the crossing, beam sigmas
 /// Relative steps between neighbours: of ambient light, where targets' corners must be right, and
 /// of the laser's, where a slope of 30 % a pixel moves a pulse by 3 % of the pixel's own spread.
@@ -176,14 +181,16 @@ void ViewLight::add_smooth(const std::vector<RayLight>& image, int x, int y, con
     }
 }
 
-void ViewLight::add_uneven(int x, int y, const Moment& moment, double guess,
-                           LightBlock& block) const {
-    constexpr int kRays = kStrata * kStrata;
-    Eigen::Vector3d directions[kRays];
-    SurfaceHit hits[kRays];
+/// Rays in strata over a pixel, world frame.
+struct ViewLight::Rays {
+    std::array<Eigen::Vector3d, kRays> directions;
+};
+
+ViewLight::Rays ViewLight::rays_in(int x, int y, const HeadPose& head) const {
+    Rays rays;
     // The lens bends rays so slowly that they are linear within a pixel (to 1e-6 px).
     const auto ray_of = [&](int i, int j) -> Eigen::Vector3d {
-        return moment.head.world_from_camera.rotation *
+        return head.world_from_camera.rotation *
                rays_[static_cast<std::size_t>(std::clamp(j, 0, height_ - 1)) *
                          static_cast<std::size_t>(width_) +
                      static_cast<std::size_t>(std::clamp(i, 0, width_ - 1))];
@@ -197,10 +204,17 @@ void ViewLight::add_uneven(int x, int y, const Moment& moment, double guess,
         for (int i = 0; i < kStrata; ++i) {
             const double u = (i + (j + 0.5) / kStrata) / kStrata - 0.5;
             const double v = (j + (i + 0.5) / kStrata) / kStrata - 0.5;
-            directions[kStrata * j + i] = ray + u * along_u + v * along_v;
+            rays.directions[kStrata * j + i] = ray + u * along_u + v * along_v;
         }
     }
-    geometry_.first_hits(moment.head.world_from_camera.translation, directions, hits);
+    return rays;
+}
+
+void ViewLight::add_uneven(int x, int y, const Moment& moment, double guess,
+                           LightBlock& block) const {
+    SurfaceHit hits[kRays];
+    const Rays rays = rays_in(x, y, moment.head);
+    geometry_.first_hits(moment.head.world_from_camera.translation, rays.directions, hits);
     const auto pixel = static_cast<std::uint32_t>((y - block.row_begin) * width_ + x);
     float ambient = 0;
     for (const SurfaceHit& hit : hits) {
@@ -217,6 +231,44 @@ void ViewLight::add_uneven(int x, int y, const Moment& moment, double guess,
         block.lights.push_back(light);
     }
     block.ambient[pixel] = ambient / kRays;
+}
+
+std::vector<LightBlock> ViewLight::reflected_sweep(const Scene& scene) const {
+    const SceneReflection& reflection = scene.reflection;
+    if (!reflection.bounce && !reflection.mirrors) return {};
+    const HeadPose head = head_pose(beam_.channel(), 0);
+    const Eigen::Vector3d eye = head.world_from_camera.translation;
+    std::optional<BounceLight> bounce;
+    std::optional<MirrorLight> mirrors;
+    if (reflection.bounce) bounce.emplace(scene, beam_, geometry_);
+    if (reflection.mirrors) mirrors.emplace(scene, beam_, geometry_);
+    std::vector<LightBlock> blocks(
+        static_cast<std::size_t>((height_ + kBlockRows - 1) / kBlockRows));
+    parallel_for_blocks(blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t b = begin; b < end; ++b) {
+            LightBlock& block = blocks[b];
+            block.row_begin = static_cast<int>(b) * kBlockRows;
+            block.row_end = std::min(height_, block.row_begin + kBlockRows);
+            for (int y = block.row_begin; y < block.row_end; ++y)
+                for (int x = 0; x < width_; ++x) {
+                    const auto pixel =
+                        static_cast<std::uint32_t>((y - block.row_begin) * width_ + x);
+                    const Eigen::Vector3d middle =
+                        head.world_from_camera.rotation *
+                        rays_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+                              static_cast<std::size_t>(x)];
+                    if (bounce)
+                        bounce->add(geometry_.first_hit(eye, middle), eye, pixel, block.lights);
+                    if (!mirrors) continue;
+                    SurfaceHit hits[kRays];
+                    geometry_.first_hits(eye, rays_in(x, y, head).directions, hits);
+                    for (const SurfaceHit& hit : hits)
+                        mirrors->add(hit, eye, 1.0 / kRays, pixel, block.lights);
+                }
+            sort_into_bins(block);
+        }
+    });
+    return blocks;
 }
 
 std::vector<LightBlock> ViewLight::collect(const Moment& moment) const {

@@ -33,11 +33,16 @@ class ViewLight {
 
     /// Swept machine: all light of a whole sweep, in bands of rows.
     std::vector<LightBlock> whole_sweep() const;
+    /// Swept machine: what comes by way of other surfaces (Scene::reflection) in the same bands;
+    /// empty where the scene asks for none. Bounced light by one ray a pixel, the mirrors' by 16.
+    std::vector<LightBlock> reflected_sweep(const Scene& scene) const;
     /// Rail or table: light while s is within +- travel / 2 of `s`.
     std::vector<LightBlock> around(double s, double travel) const;
 
   private:
     struct Moment;
+    struct Rays;
+    Rays rays_in(int x, int y, const HeadPose& head) const;
     std::vector<LightBlock> collect(const Moment& moment) const;
     RayLight judge(const SurfaceHit& hit, const Moment& moment, double guess) const;
     void first_rays(const Moment& moment, int row, RayLight* lights) const;

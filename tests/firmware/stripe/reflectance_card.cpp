@@ -10,7 +10,7 @@
 namespace stria::test {
 namespace {
 
-constexpr TimeNs kPeriodNs = 5'000'000;
+constexpr TimeNs kPeriodNs = ReflectanceCard::kPeriodNs;
 
 double normal_cdf(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
 double normal_pdf(double z) { return std::exp(-0.5 * z * z) / std::sqrt(2.0 * M_PI); }
@@ -68,22 +68,6 @@ double spatial_error(const ReflectanceCard& card, const std::vector<Frame>& fram
     return worst;
 }
 
-void analyse_spacetime(const ReflectanceCard& card, const std::vector<Frame>& frames,
-                       CardErrors& errors) {
-    SpacetimeAnalyser analyser(card.width(), ReflectanceCard::kRows, 16, stated_noise());
-    for (const Frame& frame : frames) analyser.add(frame);
-    for (int y = 0; y < ReflectanceCard::kRows; ++y)
-        for (int x = 0; x < card.width(); ++x) errors.pixels += is_near_edge(card, x, y);
-    for (const Pulse& p : analyser.finish().pulses) {
-        if (!is_near_edge(card, static_cast<int>(p.u), static_cast<int>(p.v))) continue;
-        const double frame =
-            static_cast<double>(p.t_ns - frames[0].row_time(0)) / static_cast<double>(kPeriodNs);
-        errors.spacetime =
-            std::max(errors.spacetime, std::abs(card.beam_at(frame) - static_cast<double>(p.u)));
-        ++errors.pulses;
-    }
-}
-
 }  // namespace
 
 int ReflectanceCard::width() const { return 2 * static_cast<int>(std::ceil(10 * beam_width)); }
@@ -94,6 +78,11 @@ int ReflectanceCard::frames() const {
 
 double ReflectanceCard::beam_at(double frame) const {
     return 0.5 * width() + (frame - 0.5 * (frames() - 1)) * beam_step;
+}
+
+double ReflectanceCard::beam_at_time(TimeNs t_ns) const {
+    const TimeNs middle = kPeriodNs / 20;  // of the exposure
+    return beam_at(static_cast<double>(t_ns - middle) / static_cast<double>(kPeriodNs));
 }
 
 double ReflectanceCard::light(double x, double x_beam, double edge) const {
@@ -137,6 +126,20 @@ double greatest_shift(double contrast) {
     return worst;
 }
 
+void measure_spacetime(const ReflectanceCard& card, const std::vector<Frame>& frames,
+                       const SensorNoise& noise, CardErrors& errors) {
+    SpacetimeAnalyser analyser(card.width(), ReflectanceCard::kRows, 16, noise);
+    for (const Frame& frame : frames) analyser.add(frame);
+    for (int y = 0; y < ReflectanceCard::kRows; ++y)
+        for (int x = 0; x < card.width(); ++x) errors.pixels += is_near_edge(card, x, y);
+    for (const Pulse& p : analyser.finish().pulses) {
+        if (!is_near_edge(card, static_cast<int>(p.u), static_cast<int>(p.v))) continue;
+        errors.spacetime = std::max(errors.spacetime,
+                                    std::abs(card.beam_at_time(p.t_ns) - static_cast<double>(p.u)));
+        ++errors.pulses;
+    }
+}
+
 CardErrors measure(const ReflectanceCard& card) {
     CardErrors errors;
     errors.spatial_moment = spatial_moment(card);
@@ -145,7 +148,7 @@ CardErrors measure(const ReflectanceCard& card) {
     for (int k = 0; k < card.frames(); ++k) frames.push_back(card.frame(k));
     for (const PeakMethod method : kPeakMethods)
         errors.spatial.push_back(spatial_error(card, frames, method));
-    analyse_spacetime(card, frames, errors);
+    measure_spacetime(card, frames, stated_noise(), errors);
     return errors;
 }
 

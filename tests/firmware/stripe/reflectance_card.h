@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "firmware/core/frame.h"
+#include "firmware/core/sensor_noise.h"
 
 namespace stria::test {
 
@@ -15,12 +16,14 @@ struct ReflectanceCard {
     double beam_step = 1;    ///< of the beam between frames
 
     static constexpr int kRows = 8;
-    static constexpr double kHeight = 30000;  ///< DN, 16 bits
+    static constexpr TimeNs kPeriodNs = 5'000'000;  ///< from frame to frame
+    static constexpr double kHeight = 30000;        ///< DN, 16 bits
 
     double edge(int row) const { return 0.5 * width() + row / static_cast<double>(kRows); }
     int width() const;   ///< of a frame: ten beam widths on either side of the edge
     int frames() const;  ///< seven beam widths on either side of the edge
     double beam_at(double frame) const;
+    double beam_at_time(TimeNs t_ns) const;  ///< of the middle of an exposure, from frame 0's start
     /// Light in the pixel at x while the beam is at x_beam, over that without the edge at the top.
     double light(double x, double x_beam, double edge) const;
     Frame frame(int k) const;
@@ -40,5 +43,8 @@ struct CardErrors {
     std::size_t pixels = 0;       ///< whose footprint the edge touches: one pulse each
 };
 CardErrors measure(const ReflectanceCard& card);
+/// The part of it over time, of other frames than the card's own.
+void measure_spacetime(const ReflectanceCard& card, const std::vector<Frame>& frames,
+                       const SensorNoise& noise, CardErrors& errors);
 
 }  // namespace stria::test

@@ -223,6 +223,55 @@ TEST(StripeMethod, PutsThePeaksWhereItIsNamedFor) {
         for (std::size_t k = i + 1; k < answers.size(); ++k) EXPECT_NE(answers[i], answers[k]);
 }
 
+TEST(StripeDeconvolve, SharpensPulsesOverTimeAndSaysItsPrice) {
+    const TemporaryFolder folder;
+    std::vector<std::string> arguments = {"stripe", "--mode",  "spacetime",
+                                          "--json", "--noise", "40,8"};
+    // A stripe that moves a third of its width a frame, to the right.
+    for (int k = 0; k < 60; ++k) {
+        const double at = 10.0 + k;
+        GreyImage image(80, 4);
+        for (int y = 0; y < 4; ++y)
+            for (int x = 0; x < 80; ++x)
+                image.at(x, y) = static_cast<std::uint8_t>(
+                    std::lround(20 + 180 * std::exp(-0.5 * std::pow((x - at) / 3.0, 2))));
+        char name[16];
+        std::snprintf(name, sizeof name, "%03d.png", k);
+        write_png(folder / name, image);
+        arguments.push_back(folder / name);
+    }
+    for (const std::string wish : {"", "0.8,0.55"}) {
+        std::vector<std::string> all = arguments;
+        all.insert(all.end(), {"--out", folder / ("pulses" + wish + ".csv")});
+        if (!wish.empty()) all.insert(all.end(), {"--deconvolve", wish});
+        testing::internal::CaptureStdout();
+        ASSERT_EQ(stria(all), 0);
+        const std::string json = testing::internal::GetCapturedStdout();
+        EXPECT_EQ(json.find("noise_gain") != std::string::npos, !wish.empty());
+        const std::vector<FoundPulse> pulses = read_pulses(folder / ("pulses" + wish + ".csv"));
+        int compared = 0;
+        for (const FoundPulse& p : pulses) {
+            if (p.u < 25 || p.u > 55) continue;
+            ++compared;
+            EXPECT_NEAR(p.s, p.u - 10.0, 0.02);
+            // The footprint's part of the width goes: sqrt(9 - 0.64 + 0.3025).
+            EXPECT_NEAR(p.width_s, wish.empty() ? 3.0 : 2.943, 0.02);
+            EXPECT_NEAR(p.amplitude, wish.empty() ? 180 : 183.5, 1.5);
+        }
+        EXPECT_EQ(compared, 31 * 4);
+    }
+    testing::internal::CaptureStderr();
+    EXPECT_NE(
+        stria({"stripe", folder / "000.png", "--deconvolve", "0.8,0.55", "--out", folder / "x"}),
+        0);
+    EXPECT_NE(stria({"stripe", folder / "000.png", "--mode", "spacetime", "--deconvolve", "0.8",
+                     "--out", folder / "x"}),
+              0);
+    const std::string errors = testing::internal::GetCapturedStderr();
+    EXPECT_NE(errors.find("--deconvolve: expected --mode spacetime"), std::string::npos);
+    EXPECT_NE(errors.find("expected FOOTPRINT,TARGET"), std::string::npos);
+}
+
 TEST(StripeMethod, IsRefusedOverTimeAndWhenUnknown) {
     const TemporaryFolder folder;
     write_stripe(folder / "stripe.png");

@@ -27,7 +27,8 @@ foreach(header IN LISTS headers)
     install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION include/stria/${folder} COMPONENT dev)
 endforeach()
 
-# How another project finds what a library of ours links: "pattern|find_dependency arguments".
+# How another project finds what a library of ours links: "pattern|find_dependency arguments", or
+# "pattern|pkg-config NAME MODULE" for the target PkgConfig::NAME.
 set(packages
     "^Eigen3::Eigen$|Eigen3 3.4"
     "^Threads::Threads$|Threads"
@@ -42,7 +43,8 @@ set(packages
     "^CLI11::CLI11$|CLI11"
     "^tomlplusplus::tomlplusplus$|tomlplusplus"
     "^nlohmann_json::nlohmann_json$|nlohmann_json"
-    "^PkgConfig::ZSTD$|PkgConfig")
+    "^PkgConfig::ZSTD$|pkg-config ZSTD libzstd"
+    "^PkgConfig::HWY$|pkg-config HWY libhwy")
 
 set(STRIA_PACKAGE_COMPONENTS "")
 set(STRIA_PACKAGE_DEPENDENCIES "")
@@ -104,6 +106,6 @@ set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libstria-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev, libtbb-dev")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS
-    "libpng-dev, libjpeg-dev, libtiff-dev, libtomlplusplus-dev, nlohmann-json3-dev, libzstd-dev, libflatbuffers-dev, libembree-dev, libceres-dev, libopencv-dev")
+    "libpng-dev, libjpeg-dev, libtiff-dev, libtomlplusplus-dev, nlohmann-json3-dev, libzstd-dev, libhwy-dev, libflatbuffers-dev, libembree-dev, libceres-dev, libopencv-dev")
 set(CPACK_COMPONENT_DEV_DESCRIPTION "laser-stripe scanner: headers and static libraries")
 include(CPack)

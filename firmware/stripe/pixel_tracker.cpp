@@ -1,17 +1,12 @@
 #include "firmware/stripe/pixel_tracker.h"
 
 #include <algorithm>
-#include <cmath>
+#include <bit>
 
 namespace stria {
 namespace {
 
-constexpr int kBlock = 64;               // pixels looked at together
-constexpr double kDetectionShare = 0.7;  // of min_snr: one sample may lie below the pulse's height
-constexpr float kAdaptation = 0.25f;     // share of a batch's mean that enters the background
-/// Expected least of n normal samples is that many standard deviations below their mean.
-constexpr std::array<float, 9> kExpectedLeast = {0,     0,     0.56f, 0.85f, 1.03f,
-                                                 1.16f, 1.27f, 1.35f, 1.42f};
+constexpr int kBlock = 64;  // pixels looked at together
 
 }  // namespace
 
@@ -23,6 +18,8 @@ PixelTracker<T>::PixelTracker(int width, int y, int full_scale, const SensorNois
       full_scale_(full_scale),
       noise_(noise),
       options_(options),
+      levels_(std::bit_width(static_cast<unsigned>(full_scale)), noise, options.min_snr,
+              options.min_amplitude_dn),
       background_(static_cast<std::size_t>(width)),
       threshold_(static_cast<std::size_t>(width)) {}
 
@@ -38,39 +35,30 @@ void PixelTracker<T>::advance(const FrameStore& frames, int begin, int end) {
     set_thresholds();
 }
 
-/// The least of the first samples, raised by what noise lowers it: right for all but those pixels
-/// on which the stripe stays during the whole batch, which the falling light corrects later.
+/// Right for all but those pixels on which the stripe stays during the whole batch, which the
+/// falling light corrects later.
 template <typename T>
 void PixelTracker<T>::set_backgrounds(const FrameStore& frames, int begin, int end) {
     const T* first = row_of<T>(frames.at(begin), y_);
-    std::vector<T> least(first, first + width_);
+    std::vector<T> least(first, first + width_), greatest = least;
+    std::vector<std::uint32_t> sum(first, first + width_);
     for (int k = begin + 1; k < end; ++k) {
         const T* row = row_of<T>(frames.at(k), y_);
-        for (int x = 0; x < width_; ++x) least[x] = std::min(least[x], row[x]);
+        for (int x = 0; x < width_; ++x) {
+            least[x] = std::min(least[x], row[x]);
+            greatest[x] = std::max(greatest[x], row[x]);
+            sum[x] += row[x];
+        }
     }
-    const float raise =
-        kExpectedLeast[std::min<std::size_t>(end - begin, kExpectedLeast.size() - 1)];
-    for (int x = 0; x < width_; ++x) {
-        const double noise_dn = std::sqrt(sample_variance(noise_, least[x]));
-        background_[x] = static_cast<float>(least[x]) + raise * static_cast<float>(noise_dn);
-    }
+    for (int x = 0; x < width_; ++x)
+        background_[x] = levels_.first(least[x], greatest[x], sum[x], end - begin);
     set_thresholds();
 }
 
 template <typename T>
 void PixelTracker<T>::set_thresholds() {
-    const auto read = noise_.read_noise_e / noise_.gain_e_per_dn;
-    const auto floor = static_cast<float>(read * read + 1.0 / 12.0);
-    const auto gain = static_cast<float>(1.0 / noise_.gain_e_per_dn);
-    const auto black = static_cast<float>(noise_.black_dn);
-    const auto share = static_cast<float>(std::max(kDetectionShare * options_.min_snr, 3.5));
-    const auto least = static_cast<float>(0.5 * options_.min_amplitude_dn);
-    const auto full = static_cast<float>(full_scale_);
-    for (int x = 0; x < width_; ++x) {
-        const float variance = floor + gain * std::max(background_[x] - black, 0.0f);
-        const float margin = std::max(share * std::sqrt(variance), least);
-        threshold_[x] = static_cast<T>(static_cast<int>(std::min(background_[x] + margin, full)));
-    }
+    for (int x = 0; x < width_; ++x)
+        threshold_[x] = static_cast<T>(levels_.threshold(background_[x]));
 }
 
 /// The tight loop: nearly all blocks of a row hold nothing above its threshold.
@@ -110,7 +98,7 @@ void PixelTracker<T>::follow(const FrameStore& frames, int k) {
         }
         if (k - open.first_above >= options_.max_pulse_frames) {
             // No pulse but another light: the pixel starts anew from here.
-            background_[open.x] = static_cast<float>(row_of<T>(frames.at(k), y_)[open.x]);
+            background_[open.x] = std::uint32_t{row_of<T>(frames.at(k), y_)[open.x]} << 8;
             continue;
         }
         const int tail = std::min(open.lead(), options_.history_frames);
@@ -126,20 +114,17 @@ void PixelTracker<T>::follow(const FrameStore& frames, int k) {
 template <typename T>
 void PixelTracker<T>::close(const FrameStore& frames, const Open& open, int end,
                             bool at_sequence_end) {
+    ++windows;
     PixelWindow window;
     window.x = open.x;
     window.y = y_;
     window.begin = std::max(
         {open.first_above - std::min(open.lead(), options_.history_frames), frames.first(), 0});
     window.end = end;
-    window.background = background_[open.x];
+    window.background = static_cast<float>(background_[open.x]) / 256.0f;
     window.at_sequence_end = at_sequence_end;
-    const double margin = static_cast<double>(threshold_[open.x]) + 1.0 - background_[open.x];
-    const double samples = effective_samples(frames, window, noise_, 2.0 * margin);
-    if (samples > 0) {
-        const auto bin = static_cast<std::size_t>((samples - 1.0) / 0.05 + 0.5);
-        ++effective[std::min(bin, effective.size() - 1)];
-    }
+    window.level = static_cast<float>(threshold_[open.x]) + 1.0f;
+    note_effective_samples(effective_samples(frames, window, noise_), effective);
     fit_window(frames, window, noise_, options_, pulses);
 }
 
@@ -160,22 +145,17 @@ int PixelTracker<T>::oldest_needed(int otherwise) const {
 /// Towards the batch's mean where nothing is open; down at once where the light has fallen.
 template <typename T>
 void PixelTracker<T>::update_backgrounds(const FrameStore& frames, int begin, int end) {
-    thread_local std::vector<float> mean;
-    thread_local std::vector<float> kept;
-    mean.assign(static_cast<std::size_t>(width_), 0.0f);
+    thread_local std::vector<std::uint32_t> sum;
+    thread_local std::vector<std::uint32_t> kept;
+    sum.assign(static_cast<std::size_t>(width_), 0);
     for (int k = begin; k < end; ++k) {
         const T* row = row_of<T>(frames.at(k), y_);
-        for (int x = 0; x < width_; ++x) mean[x] += static_cast<float>(row[x]);
+        for (int x = 0; x < width_; ++x) sum[x] += row[x];
     }
     kept.clear();
     for (const Open& open : open_) kept.push_back(background_[open.x]);
-    const float scale = 1.0f / static_cast<float>(end - begin);
-    for (int x = 0; x < width_; ++x) {
-        const float delta = mean[x] * scale - background_[x];
-        const float margin = static_cast<float>(threshold_[x]) - background_[x];
-        const float step = delta < -margin ? delta : kAdaptation * std::min(delta, margin);
-        background_[x] += step;
-    }
+    for (int x = 0; x < width_; ++x)
+        background_[x] = levels_.follow(background_[x], sum[x], end - begin);
     for (std::size_t i = 0; i < open_.size(); ++i) background_[open_[i].x] = kept[i];
 }
 

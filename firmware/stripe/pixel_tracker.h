@@ -3,13 +3,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "firmware/stripe/detection_levels.h"
 #include "firmware/stripe/frame_store.h"
 #include "firmware/stripe/pixel_window.h"
 
 namespace stria {
-
-/// How many pulses had how many effective samples: bins of 0.05, the last open.
-using SampleHistogram = std::array<std::uint32_t, 128>;
 
 /// Follows the pixels of one row through the frames: knows each pixel's background, opens a window
 /// where a sample exceeds it and hands the window on when the light has fallen again. The quiet
@@ -31,6 +29,7 @@ class PixelTracker {
     std::vector<Pulse> pulses;
     SampleHistogram effective{};
     std::uint32_t saturated_samples = 0;
+    std::uint64_t windows = 0;  ///< closed so far
 
   private:
     struct Open {
@@ -51,7 +50,8 @@ class PixelTracker {
     int width_, y_, full_scale_;
     SensorNoise noise_;
     SpacetimeOptions options_;
-    std::vector<float> background_;
+    DetectionLevels levels_;
+    std::vector<std::uint32_t> background_;  ///< 1/256 DN
     std::vector<T> threshold_;
     std::vector<Open> open_, still_open_;  ///< ascending in x
     std::vector<int> above_;               ///< pixels of the present frame above their threshold

@@ -9,7 +9,6 @@ namespace stria {
 namespace {
 
 constexpr double kFwhmPerSigma = 2.3548;
-constexpr double kMinWidth = 0.4;  // frame periods; a narrower pulse is undersampled
 
 /// The window's samples over time in units of its mean frame period, from its first frame on.
 struct TimedSamples {
@@ -51,7 +50,7 @@ FitStart start_of(const FitSamples& samples, double background, int max_pulse_fr
     while (low > 0 && samples.y[low - 1] > half) --low;
     while (high < samples.count - 1 && samples.y[high + 1] > half) ++high;
     FitStart start;
-    start.min_width = kMinWidth;
+    start.min_width = kMinPulseWidth;
     start.max_width = 0.5 * max_pulse_frames;
     start.width = std::clamp((high - low + 1) / kFwhmPerSigma, 0.5, start.max_width);
     start.position = 0.5 * (samples.x[low] + samples.x[high]);
@@ -62,18 +61,29 @@ FitStart start_of(const FitSamples& samples, double background, int max_pulse_fr
 
 }  // namespace
 
-double effective_samples(const FrameStore& frames, const PixelWindow& window,
-                         const SensorNoise& noise, double min_peak) {
-    const double least = 2.0 * std::sqrt(sample_variance(noise, window.background));
-    double sum = 0, squares = 0, peak = 0;
+float least_of_pulse(const SensorNoise& noise, float background) {
+    return static_cast<float>(2.0 * std::sqrt(sample_variance(noise, background)));
+}
+
+float effective_samples(const FrameStore& frames, const PixelWindow& window,
+                        const SensorNoise& noise) {
+    const float least = least_of_pulse(noise, window.background);
+    float sum = 0, squares = 0, peak = 0;
     for (int k = window.begin; k < window.end; ++k) {
-        const double a = frames.at(k).sample(window.x, window.y) - double{window.background};
+        const float a =
+            static_cast<float>(frames.at(k).sample(window.x, window.y)) - window.background;
         if (a < least) continue;
         sum += a;
         squares += a * a;
         peak = std::max(peak, a);
     }
-    return peak < min_peak ? 0.0 : sum * sum / squares;
+    return peak < 2.0f * (window.level - window.background) ? 0.0f : sum * sum / squares;
+}
+
+void note_effective_samples(float samples, SampleHistogram& histogram) {
+    if (samples <= 0.0f) return;
+    const auto bin = static_cast<std::size_t>((samples - 1.0f) * 20.0f + 0.5f);
+    ++histogram[std::min(bin, histogram.size() - 1)];
 }
 
 void fit_window(const FrameStore& frames, const PixelWindow& window, const SensorNoise& noise,

@@ -1,4 +1,6 @@
 #pragma once
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include "firmware/core/frame.h"
@@ -6,6 +8,8 @@
 #include "firmware/core/sensor_noise.h"
 
 namespace stria {
+
+class SpacetimeEngine;
 
 /// What counts as a pulse of the stripe over one pixel.
 struct SpacetimeOptions {
@@ -18,6 +22,7 @@ struct SpacetimeOptions {
     double width_ratio = 2.0;     ///< widths beyond median x or / this are flagged
     int threads = 1;              ///< bands of rows; the result does not depend on it
     int sequence_step = 1;        ///< its frames are every so-manieth of the camera
+    bool fast = false;            ///< frames of 8 bits by the SIMD kernels of fast_spacetime.h
 
     /// Throws std::invalid_argument naming field, value and bound.
     void validate() const;
@@ -28,6 +33,13 @@ struct SweepSampling {
     double samples_per_pulse = 0;  ///< median effective number, (sum a)^2 / sum a^2; 0: no pulses
     double step_px = 0;            ///< median way of the stripe between frames; 0: unknown
     double width_px = 0;           ///< median width of the stripe in the image; 0: unknown
+};
+
+/// Windows in which light rose and fell, and how many of them the reference's fit judged: all of
+/// them without `fast`, few with it.
+struct WindowCounts {
+    std::uint64_t all = 0;
+    std::uint64_t by_reference = 0;
 };
 
 /// Follows every pixel through the frames of a sweep and fits the pulses of the passing stripe in
@@ -54,12 +66,12 @@ class SpacetimeAnalyser {
     /// Valid after finish().
     const SweepSampling& sampling() const;
     int frames_ignored() const;
+    WindowCounts windows() const;
+    /// Frames whose memory is held, now or at any time before.
+    std::size_t frames_held() const;
 
   private:
-    class Engine;
-    template <typename T>
-    class EngineOf;
-    std::unique_ptr<Engine> engine_;
+    std::unique_ptr<SpacetimeEngine> engine_;
 };
 
 }  // namespace stria

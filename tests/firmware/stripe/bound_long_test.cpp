@@ -21,5 +21,9 @@ TEST(TemporalBound, IsReachedIn20000Trials) {
     expect_temporal_reaches_bound(20000, {10, 15, 20, 30, 50, 100, 200});
 }
 
+TEST(FastTemporalBound, IsReachedIn20000Trials) {
+    expect_fast_reaches_bound(20000, {10, 15, 20, 30, 50, 100, 200});
+}
+
 }  // namespace
 }  // namespace stria::test

@@ -1,0 +1,267 @@
+// Detection of the fast kernels, for one instruction set; included once for each by
+// fast_kernels.cpp.
+#if defined(STRIA_FAST_DETECT_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef STRIA_FAST_DETECT_INL
+#undef STRIA_FAST_DETECT_INL
+#else
+#define STRIA_FAST_DETECT_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "firmware/stripe/fast_kernels.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stria::fast::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+#if HWY_TARGET == HWY_SCALAR
+
+/// For processors without any of the instruction sets.
+RowState AdvanceRow(const std::uint8_t* const* rows, int width, const RowPlanes& planes,
+                    const DetectionLevels& levels, const WindowLimits& limits,
+                    std::vector<Closed>& closed) {
+    return advance_row_plainly(rows, kBatch, width, planes, levels, limits, closed);
+}
+
+#else
+
+using D8 = hn::CappedTag<std::uint8_t, kPadding>;
+using D16 = hn::Repartition<std::uint16_t, D8>;
+using V8 = hn::Vec<D8>;
+using V16 = hn::Vec<D16>;
+
+/// Bytes of even and of odd pixels, each widened.
+struct Halves {
+    V16 even, odd;
+};
+
+HWY_INLINE Halves halves_of(V8 high, V8 low) {
+    const D16 d16;
+    const V16 h = hn::BitCast(d16, high), l = hn::BitCast(d16, low);
+    const V16 byte = hn::Set(d16, 0xff);
+    return {hn::Or(hn::ShiftLeft<8>(h), hn::And(l, byte)),
+            hn::Or(hn::AndNot(byte, h), hn::ShiftRight<8>(l))};
+}
+
+HWY_INLINE V8 high_bytes(const Halves& v) {
+    const D16 d16;
+    return hn::BitCast(D8(),
+                       hn::Or(hn::ShiftRight<8>(v.even), hn::AndNot(hn::Set(d16, 0xff), v.odd)));
+}
+
+HWY_INLINE V8 low_bytes(const Halves& v) {
+    const D16 d16;
+    return hn::BitCast(D8(), hn::Or(hn::And(v.even, hn::Set(d16, 0xff)), hn::ShiftLeft<8>(v.odd)));
+}
+
+HWY_INLINE hn::Mask<D8> at_least(V8 a, V8 b) { return hn::Eq(hn::Max(a, b), a); }
+
+/// DetectionLevels in registers.
+class Levels {
+  public:
+    explicit Levels(const DetectionLevels& levels) {
+        for (int i = 0; i < DetectionLevels::kSegments; ++i) {
+            const auto s = static_cast<std::size_t>(i);
+            base_low_[s] = static_cast<std::uint8_t>(levels.base()[s]);
+            base_high_[s] = static_cast<std::uint8_t>(levels.base()[s] >> 8);
+            rise_low_[s] = static_cast<std::uint8_t>(levels.rise()[s]);
+            rise_high_[s] = static_cast<std::uint8_t>(levels.rise()[s] >> 8);
+        }
+    }
+
+    /// Thresholds (DN) of backgrounds.
+    HWY_INLINE V8 thresholds(const Halves& background) const {
+        const V8 segment = hn::ShiftRight<4>(high_bytes(background));
+        const Halves base = halves_of(look_up(base_high_, segment), look_up(base_low_, segment));
+        const Halves rise = halves_of(look_up(rise_high_, segment), look_up(rise_low_, segment));
+        const Halves level = {level_of(background.even, base.even, rise.even),
+                              level_of(background.odd, base.odd, rise.odd)};
+        return high_bytes(level);
+    }
+
+  private:
+    using Table = std::array<std::uint8_t, DetectionLevels::kSegments>;
+
+    static HWY_INLINE V8 look_up(const Table& table, V8 index) {
+        const D8 d8;
+        return hn::TableLookupBytes(hn::LoadDup128(d8, table.data()), index);
+    }
+    static HWY_INLINE V16 level_of(V16 background, V16 base, V16 rise) {
+        const V16 part = hn::MulHigh(hn::ShiftLeft<4>(background), rise);
+        return hn::SaturatedAdd(background, hn::Add(base, part));
+    }
+
+    alignas(16) Table base_low_, base_high_, rise_low_, rise_high_;
+};
+
+/// DetectionLevels::follow for kBatch samples; `level` is the threshold.
+HWY_INLINE V16 follow(V16 background, V16 sum, V16 level) {
+    const V16 mean = hn::ShiftLeft<5>(sum);
+    const V16 room = hn::SaturatedSub(hn::ShiftLeft<8>(level), background);
+    const V16 up = hn::SaturatedSub(mean, background);
+    const V16 down = hn::SaturatedSub(background, mean);
+    const V16 step = hn::Sub(hn::ShiftRight<2>(hn::Min(up, room)), hn::ShiftRight<2>(down));
+    return hn::IfThenElse(hn::Gt(down, room), mean, hn::Add(background, step));
+}
+
+/// One block of pixels, D8's lanes, whose light is or may be above the threshold: frame by frame.
+class Block {
+  public:
+    Block(const RowPlanes& planes, int x, const Levels& levels, const WindowLimits& limits,
+          std::vector<Closed>& closed)
+        : planes_(planes), x_(x), levels_(levels), limits_(limits), closed_(closed) {}
+
+    HWY_INLINE void advance(const std::uint8_t* const* rows, int offset) {
+        const D8 d;
+        const V8 threshold = hn::Load(d, planes_.threshold + x_);
+        const V8 one = hn::Set(d, 1), zero = hn::Zero(d);
+        V8 age = hn::Load(d, planes_.age + x_), quiet = hn::Load(d, planes_.quiet + x_);
+        const auto longest =
+            hn::Set(d, static_cast<std::uint8_t>(std::min(limits_.max_pulse_frames, 255)));
+        const auto history =
+            hn::Set(d, static_cast<std::uint8_t>(std::min(limits_.history_frames, 255)));
+        for (int k = 0; k < kBatch; ++k) {
+            const auto above = hn::Gt(hn::LoadU(d, rows[k] + offset), threshold);
+            const auto lit = hn::Or(above, hn::Ne(age, zero));
+            quiet = hn::IfThenZeroElse(above, hn::Add(quiet, one));
+            age = hn::IfThenElseZero(lit, hn::Add(age, one));
+            const V8 frames = hn::Sub(age, one);  // since the first one; 255 where there is none
+            const auto too_long = hn::And(lit, at_least(frames, longest));
+            const V8 last = hn::Sub(frames, quiet);
+            const V8 tail = hn::Min(hn::Add(hn::ShiftRight<1>(last), hn::Set(d, 4)), history);
+            const auto ended =
+                hn::AndNot(hn::Or(above, too_long), hn::And(lit, at_least(quiet, tail)));
+            if (HWY_UNLIKELY(!hn::AllFalse(d, too_long))) start_anew(too_long, rows[k] + offset);
+            if (HWY_UNLIKELY(!hn::AllFalse(d, ended))) report(ended, last, k);
+            age = hn::IfThenZeroElse(hn::Or(too_long, ended), age);
+        }
+        hn::Store(age, d, planes_.age + x_);
+        hn::Store(quiet, d, planes_.quiet + x_);
+        if (HWY_UNLIKELY(anew_)) set_thresholds();
+    }
+
+  private:
+    /// No pulse but another light: the background is what is seen now.
+    HWY_NOINLINE void start_anew(hn::Mask<D8> which, const std::uint8_t* row) {
+        const D8 d;
+        const V8 high = hn::Load(d, planes_.background_high + x_);
+        const V8 low = hn::Load(d, planes_.background_low + x_);
+        hn::Store(hn::IfThenElse(which, hn::LoadU(d, row), high), d, planes_.background_high + x_);
+        hn::Store(hn::IfThenZeroElse(which, low), d, planes_.background_low + x_);
+        anew_ = true;
+    }
+
+    void set_thresholds() const {
+        const D8 d;
+        const Halves background = halves_of(hn::Load(d, planes_.background_high + x_),
+                                            hn::Load(d, planes_.background_low + x_));
+        hn::Store(levels_.thresholds(background), d, planes_.threshold + x_);
+    }
+
+    HWY_NOINLINE void report(hn::Mask<D8> ended, V8 last, int k) const {
+        const D8 d;
+        alignas(kPadding) std::uint8_t lasts[kPadding];
+        alignas(8) std::uint8_t bits[kPadding / 8] = {};
+        hn::Store(last, d, lasts);
+        hn::StoreMaskBits(d, ended, bits);
+        for (int i = 0; i < static_cast<int>(hn::Lanes(d)); ++i)
+            if ((bits[i / 8] >> (i % 8)) & 1)
+                closed_.push_back(planes_.closed(x_ + i, k, lasts[i]));
+    }
+
+    const RowPlanes& planes_;
+    const int x_;
+    const Levels& levels_;
+    const WindowLimits& limits_;
+    std::vector<Closed>& closed_;
+    bool anew_ = false;
+};
+
+/// Pixels [x, x + lanes) of the row, whose samples are at `offset` in `rows`.
+HWY_INLINE std::uint32_t advance_block(const std::uint8_t* const* rows, int offset, int x,
+                                       const RowPlanes& planes, const Levels& levels,
+                                       const WindowLimits& limits, std::vector<Closed>& closed,
+                                       V8& oldest) {
+    const D8 d;
+    const D16 d16;
+    V8 highest = hn::LoadU(d, rows[0] + offset);
+    V16 all = hn::BitCast(d16, highest);  // even + 256 odd, modulo 65536
+    V16 odd = hn::ShiftRight<8>(all);
+    for (int k = 1; k < kBatch; ++k) {
+        const V8 samples = hn::LoadU(d, rows[k] + offset);
+        const V16 pairs = hn::BitCast(d16, samples);
+        highest = hn::Max(highest, samples);
+        all = hn::Add(all, pairs);
+        odd = hn::Add(odd, hn::ShiftRight<8>(pairs));
+    }
+    const Halves sum = {hn::Sub(all, hn::ShiftLeft<8>(odd)), odd};
+    std::uint32_t saturated = 0;
+    const V8 full = hn::Set(d, 255);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Eq(highest, full))))
+        for (int k = 0; k < kBatch; ++k)
+            saturated += static_cast<std::uint32_t>(
+                hn::CountTrue(d, hn::Eq(hn::LoadU(d, rows[k] + offset), full)));
+
+    V8 threshold = hn::Load(d, planes.threshold + x);
+    V8 age = hn::Load(d, planes.age + x);
+    const V8 zero = hn::Zero(d);
+    if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Or(hn::Gt(highest, threshold), hn::Ne(age, zero))))) {
+        Block(planes, x, levels, limits, closed).advance(rows, offset);
+        age = hn::Load(d, planes.age + x);
+        threshold = hn::Load(d, planes.threshold + x);
+        oldest = hn::Max(oldest, age);
+    }
+
+    const Halves before =
+        halves_of(hn::Load(d, planes.background_high + x), hn::Load(d, planes.background_low + x));
+    const Halves level = halves_of(zero, threshold);
+    const Halves moved = {follow(before.even, sum.even, level.even),
+                          follow(before.odd, sum.odd, level.odd)};
+    const auto open = hn::Ne(age, zero);
+    const V8 high = hn::IfThenElse(open, high_bytes(before), high_bytes(moved));
+    const V8 low = hn::IfThenElse(open, low_bytes(before), low_bytes(moved));
+    hn::Store(high, d, planes.background_high + x);
+    hn::Store(low, d, planes.background_low + x);
+    hn::Store(levels.thresholds(halves_of(high, low)), d, planes.threshold + x);
+    return saturated;
+}
+
+RowState AdvanceRow(const std::uint8_t* const* rows, int width, const RowPlanes& planes,
+                    const DetectionLevels& levels, const WindowLimits& limits,
+                    std::vector<Closed>& closed) {
+    const int lanes = static_cast<int>(hn::Lanes(D8()));
+    const Levels of_row(levels);
+    RowState state;
+    V8 oldest = hn::Zero(D8());
+    int x = 0;
+    for (; x + lanes <= width; x += lanes)
+        state.saturated_samples +=
+            advance_block(rows, x, x, planes, of_row, limits, closed, oldest);
+    if (x < width) {
+        // The row's end, in a copy that is as long as a register; behind it all is dark.
+        alignas(kPadding) std::uint8_t rest[kBatch][kPadding] = {};
+        std::array<const std::uint8_t*, kBatch> rests;
+        for (int k = 0; k < kBatch; ++k) {
+            std::copy(rows[k] + x, rows[k] + width, rest[k]);
+            rests[static_cast<std::size_t>(k)] = rest[k];
+        }
+        state.saturated_samples +=
+            advance_block(rests.data(), 0, x, planes, of_row, limits, closed, oldest);
+    }
+    alignas(kPadding) std::uint8_t ages[kPadding];
+    hn::Store(oldest, D8(), ages);
+    for (int i = 0; i < lanes; ++i) state.oldest = std::max(state.oldest, int{ages[i]});
+    return state;
+}
+
+#endif
+
+}  // namespace stria::fast::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,190 @@
+#include "firmware/stripe/spacetime_engine.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "firmware/stripe/row_bands.h"
+
+namespace stria {
+namespace {
+
+constexpr double kUndersampled = 1.6;        // effective samples: a width of 0.45 frame periods
+constexpr std::uint32_t kFewestPulses = 32;  // to judge the sampling by
+constexpr std::size_t kFewestWidths = 100;   // to judge widths by their median
+
+float strength(const Pulse& p) { return p.amplitude * std::sqrt(p.width); }
+
+/// The row's pulses by pixel; those of a pixel by strength, then time.
+void sort_row(std::vector<Pulse>& pulses, int width) {
+    thread_local std::vector<std::uint32_t> place;
+    thread_local std::vector<Pulse> sorted;
+    place.assign(static_cast<std::size_t>(width) + 1, 0);
+    for (const Pulse& pulse : pulses) ++place[static_cast<std::size_t>(pulse.u) + 1];
+    for (std::size_t x = 1; x < place.size(); ++x) place[x] += place[x - 1];
+    sorted.resize(pulses.size());
+    for (const Pulse& pulse : pulses) sorted[place[static_cast<std::size_t>(pulse.u)]++] = pulse;
+    std::swap(pulses, sorted);
+    const auto by_strength = [](const Pulse& a, const Pulse& b) {
+        return strength(a) != strength(b) ? strength(a) > strength(b) : a.t_ns < b.t_ns;
+    };
+    for (auto begin = pulses.begin(); begin != pulses.end();) {
+        auto end = begin + 1;
+        while (end != pulses.end() && end->u == begin->u) ++end;
+        if (end - begin > 1) std::sort(begin, end, by_strength);
+        begin = end;
+    }
+}
+
+/// Drops those of a sorted row's pulses that two windows found twice, keeps the strongest `most` of
+/// a pixel and suspects weak second ones.
+void tidy_row(std::vector<Pulse>& pulses, int most) {
+    std::size_t kept = 0, cell = 0;
+    for (const Pulse& pulse : pulses) {
+        if (kept == cell || pulses[cell].u != pulse.u) cell = kept;
+        const auto begin = pulses.begin() + static_cast<std::ptrdiff_t>(cell);
+        const auto end = pulses.begin() + static_cast<std::ptrdiff_t>(kept);
+        const bool known = std::any_of(begin, end, [&](const Pulse& other) {
+            return std::abs(static_cast<double>(other.t_ns - pulse.t_ns)) < other.width;
+        });
+        if (known || kept - cell >= static_cast<std::size_t>(most)) continue;
+        const bool weak = kept > cell && pulse.amplitude < 0.5f * pulses[cell].amplitude;
+        pulses[kept] = pulse;
+        if (weak) pulses[kept].flags |= kPulseGhostSuspected;
+        ++kept;
+    }
+    pulses.resize(kept);
+}
+
+/// The width with half of the pulses below it, positive all: counted by the leading bits, then
+/// looked for among those that share them.
+float median_width(const std::vector<Pulse>& pulses) {
+    const auto leading = [](float width) { return std::bit_cast<std::uint32_t>(width) >> 16; };
+    std::vector<std::uint32_t> counts(1u << 16);
+    for (const Pulse& pulse : pulses) ++counts[leading(pulse.width)];
+    std::size_t below = 0, bin = 0;
+    while (below + counts[bin] <= pulses.size() / 2) below += counts[bin++];
+    std::vector<float> widths;
+    for (const Pulse& pulse : pulses)
+        if (leading(pulse.width) == bin) widths.push_back(pulse.width);
+    const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(pulses.size() / 2 - below);
+    std::nth_element(widths.begin(), middle, widths.end());
+    return *middle;
+}
+
+void flag_widths(std::vector<Pulse>& pulses, double ratio) {
+    if (pulses.size() < kFewestWidths) return;
+    const double middle = median_width(pulses);
+    for (Pulse& pulse : pulses)
+        if (pulse.width > middle * ratio || pulse.width * ratio < middle)
+            pulse.flags |= kPulseWidthOutOfRange;
+}
+
+double median_of(const SampleHistogram& histogram, std::uint32_t total) {
+    std::uint32_t below = 0;
+    for (std::size_t bin = 0; bin < histogram.size(); ++bin) {
+        below += histogram[bin];
+        if (2 * below >= total) return 1.0 + 0.05 * static_cast<double>(bin);
+    }
+    return 0;
+}
+
+}  // namespace
+
+SpacetimeEngine::SpacetimeEngine(int width, int height, int bits, const SensorNoise& noise,
+                                 const SpacetimeOptions& options, const Pace& pace)
+    : width_(width),
+      height_(height),
+      bits_(bits),
+      options_(options),
+      pace_(pace),
+      probe_(width, height, bits, noise) {}
+
+void SpacetimeEngine::add(const Frame& frame) {
+    if (frame.width != width_ || frame.height != height_ || frame.bits != bits_)
+        throw std::invalid_argument("SpacetimeAnalyser: frame of " + std::to_string(frame.width) +
+                                    " x " + std::to_string(frame.height) + ", " +
+                                    std::to_string(frame.bits) + " bits: expected " +
+                                    std::to_string(width_) + " x " + std::to_string(height_) +
+                                    ", " + std::to_string(bits_) + " bits");
+    if (!follower_.accept(frame, options_.sequence_step)) return;
+    camera_id_ = frame.camera_id;
+    const int k = frames_.count();
+    if (k < pace_.probed_at_first || k % pace_.probe_every < 2) probe_.add(frame);
+    frames_.add(frame);
+    if (frames_.count() - analysed_ >= pace_.frames_together) analyse();
+}
+
+PulseMap SpacetimeEngine::finish() {
+    if (frames_.count() > analysed_) analyse();
+    PulseMap map;
+    map.mode = StripeMode::spacetime;
+    map.width = width_;
+    map.height = height_;
+    map.camera_id = camera_id_;
+    map.frames = static_cast<std::uint32_t>(frames_.count());
+    map.frames_dropped = follower_.dropped();
+    close_windows();
+    judge_sampling(map);
+    assemble(map);
+    return map;
+}
+
+void SpacetimeEngine::analyse() {
+    const int begin = analysed_, end = frames_.count();
+    for_row_bands(height_, options_.threads,
+                  [&](int first, int last) { advance_rows(first, last, begin, end); });
+    analysed_ = end;
+    frames_.release_before(oldest_needed(end - options_.history_frames));
+}
+
+void SpacetimeEngine::close_windows() {
+    for_row_bands(height_, options_.threads, [&](int first, int last) {
+        finish_rows(first, last);
+        for (int y = first; y < last; ++y) {
+            std::vector<Pulse>& pulses = *row(y).pulses;
+            sort_row(pulses, width_);
+            tidy_row(pulses, options_.max_pulses_per_cell);
+        }
+    });
+}
+
+void SpacetimeEngine::judge_sampling(PulseMap& map) {
+    SampleHistogram all{};
+    std::uint32_t total = 0;
+    for (int y = 0; y < height_; ++y) {
+        const Row of_row = row(y);
+        for (std::size_t bin = 0; bin < all.size(); ++bin) {
+            all[bin] += (*of_row.effective)[bin];
+            total += (*of_row.effective)[bin];
+        }
+        map.saturated_samples += of_row.saturated_samples;
+    }
+    sampling_.samples_per_pulse = total > 0 ? median_of(all, total) : 0.0;
+    sampling_.step_px = probe_.step_px();
+    sampling_.width_px = probe_.width_px();
+    map.undersampled = total >= kFewestPulses && sampling_.samples_per_pulse < kUndersampled;
+}
+
+void SpacetimeEngine::assemble(PulseMap& map) {
+    map.cell_begin.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) + 1,
+                          0);
+    if (map.undersampled) return;
+    std::size_t total = 0, cell = 0;
+    for (int y = 0; y < height_; ++y) total += row(y).pulses->size();
+    map.pulses.reserve(total);
+    for (int y = 0; y < height_; ++y) {
+        const std::vector<Pulse>& pulses = *row(y).pulses;
+        std::size_t i = 0;
+        for (int x = 0; x < width_; ++x) {
+            while (i < pulses.size() && static_cast<int>(pulses[i].u) == x) ++i;
+            map.cell_begin[++cell] = static_cast<std::uint32_t>(map.pulses.size() + i);
+        }
+        map.pulses.insert(map.pulses.end(), pulses.begin(), pulses.end());
+    }
+    flag_widths(map.pulses, options_.width_ratio);
+}
+
+}  // namespace stria

@@ -1,0 +1,68 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "firmware/stripe/frame_follower.h"
+#include "firmware/stripe/frame_store.h"
+#include "firmware/stripe/pixel_window.h"
+#include "firmware/stripe/spacetime.h"
+#include "firmware/stripe/sweep_probe.h"
+
+namespace stria {
+
+/// What every implementation of the spacetime analysis shares: frames come in, rows are followed in
+/// bands, the pulses of all rows become a map.
+class SpacetimeEngine {
+  public:
+    /// How often frames are analysed, and how many are shown to the probe.
+    struct Pace {
+        int frames_together = 8;   ///< analysed in one go, a multiple of 8
+        int probed_at_first = 32;  ///< all of these, then two of `probe_every`
+        int probe_every = 32;
+    };
+
+    SpacetimeEngine(int width, int height, int bits, const SensorNoise& noise,
+                    const SpacetimeOptions& options, const Pace& pace);
+    virtual ~SpacetimeEngine() = default;
+
+    void add(const Frame& frame);
+    PulseMap finish();
+    const SweepSampling& sampling() const { return sampling_; }
+    int frames_ignored() const { return follower_.ignored(); }
+    std::size_t frames_held() const { return frames_.held(); }
+    virtual WindowCounts windows() const = 0;
+
+  protected:
+    /// What a row has found. Its pulses come in any order.
+    struct Row {
+        std::vector<Pulse>* pulses;
+        const SampleHistogram* effective;
+        std::uint32_t saturated_samples;
+    };
+    /// Rows [first, last) take the store's frames [begin, end): called for bands in parallel.
+    virtual void advance_rows(int first, int last, int begin, int end) = 0;
+    /// The sweep is over: closes what is open.
+    virtual void finish_rows(int first, int last) = 0;
+    /// First frame that an open window may want; `otherwise` if none is open.
+    virtual int oldest_needed(int otherwise) const = 0;
+    virtual Row row(int y) = 0;
+
+    FrameStore frames_;
+    const int width_, height_, bits_;
+    const SpacetimeOptions options_;
+
+  private:
+    void analyse();
+    void close_windows();
+    void judge_sampling(PulseMap& map);
+    void assemble(PulseMap& map);
+
+    Pace pace_;
+    SweepProbe probe_;
+    SweepSampling sampling_;
+    FrameFollower follower_;
+    std::uint8_t camera_id_ = 0;
+    int analysed_ = 0;
+};
+
+}  // namespace stria

@@ -14,6 +14,7 @@ namespace {
 /// First prefix that a header's name begins with names its group.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 60> kGroups = {{
     {"Eigen/", "eigen"},
+    {"unsupported/Eigen/", "eigen"},
     {"ceres/", "ceres"},
     {"glog/", "ceres"},
     {"opencv2/", "opencv"},

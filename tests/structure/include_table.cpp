@@ -12,7 +12,7 @@ namespace stria::structure {
 namespace {
 
 /// First prefix that a header's name begins with names its group.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 60> kGroups = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 61> kGroups = {{
     {"Eigen/", "eigen"},
     {"unsupported/Eigen/", "eigen"},
     {"ceres/", "ceres"},

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "firmware/core/median.h"
 #include "firmware/stripe/path_samples.h"
 #include "firmware/stripe/row_bands.h"
 #include "firmware/stripe/saturation.h"
@@ -23,12 +24,6 @@ void require(bool holds, const char* field, double value, const char* bound) {
     if (!holds)
         throw std::invalid_argument(std::string("PathOptions.") + field + " = " +
                                     std::to_string(value) + ": expected " + bound);
-}
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include "firmware/stripe/sweep_probe.h"
+#include "firmware/core/median.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace stria {
@@ -9,13 +9,6 @@ namespace {
 constexpr int kLines = 7;
 constexpr float kNone = -1e9f;
 const SpatialOptions kProbeOptions = {.max_peaks_per_row = 1, .max_width_px = 16.0};
-
-double median_of(std::vector<float> values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return static_cast<double>(*middle);
-}
 
 std::vector<int> spread_over(int length) {
     std::vector<int> at;
@@ -75,8 +68,8 @@ const SweepProbe::Lines& SweepProbe::better() const {
     return rows_.steps_px.size() >= columns_.steps_px.size() ? rows_ : columns_;
 }
 
-double SweepProbe::step_px() const { return median_of(better().steps_px); }
+double SweepProbe::step_px() const { return median(better().steps_px); }
 
-double SweepProbe::width_px() const { return median_of(better().widths_px); }
+double SweepProbe::width_px() const { return median(better().widths_px); }
 
 }  // namespace stria

@@ -50,14 +50,36 @@ HWY_INLINE VF bell(VF u) {
 }
 
 /// The model of kLanes pixels' pulses. Its width is that of the exposed pulse, w^2 + h^2 / 3.
-struct Model {
+class Model {
+  public:
+    HWY_INLINE Model() {}  // not implied: an implied one is compiled for no instruction set
+    HWY_INLINE Model(VF its_height, VF its_position, VF its_width, VF its_level)
+        : height(its_height), position(its_position), width(its_width), level(its_level) {}
     VF height, position, width, level;
 };
 
 /// Weighted sums over a window of products of the model's slopes by (log height, log width, level,
 /// position / width), which are (f, f u, 1, f z), f the pulse, z = (x - position) / width, u = z^2;
 /// and of them with the residual.
-struct Normal {
+class Normal {
+  public:
+    HWY_INLINE Normal()
+        : ff(constant(0)),
+          ffu(ff),
+          f(ff),
+          ffz(ff),
+          ffuu(ff),
+          fu(ff),
+          ffuz(ff),
+          one(ff),
+          fz(ff),
+          rf(ff),
+          rfu(ff),
+          r(ff),
+          rfz(ff),
+          chi_square(ff),
+          squares(ff),
+          ffzz(ff) {}
     VF ff, ffu, f, ffz;  // row of f
     VF ffuu, fu, ffuz;   // row of f u: the diagonal, with 1, with f z
     VF one, fz;          // row of 1
@@ -132,10 +154,10 @@ class WindowFit {
         hn::StoreU(hn::Div(hn::Mul(sum, sum), squares), d, out.effective + lane_);
         hn::StoreU(peak, d, out.peak + lane_);
         const VF width = hn::Div(hn::Mul(sum, constant(0.4f)), hn::Max(peak, constant(1e-3f)));
-        model_ = {hn::Max(peak, constant(0.1f)), hn::Div(moment, weight),
-                  hn::Min(hn::Max(width, constant(std::max(min_width_, 0.5f))),
-                          constant(task_.max_width)),
-                  background};
+        model_ = Model(hn::Max(peak, constant(0.1f)), hn::Div(moment, weight),
+                       hn::Min(hn::Max(width, constant(std::max(min_width_, 0.5f))),
+                               constant(task_.max_width)),
+                       background);
     }
 
     HWY_INLINE Normal accumulate() const {
@@ -152,8 +174,7 @@ class WindowFit {
         const VF floor = constant(task_.variance_floor), gain = constant(task_.variance_gain);
         const VF dark_weight =
             rough_reciprocal(hn::Add(floor, hn::Mul(gain, hn::Max(hn::Add(dark, zero), zero))));
-        Normal s{zero, zero, zero, zero, zero, zero, zero, zero,
-                 zero, zero, zero, zero, zero, zero, zero, zero};
+        Normal s;
         for (int i = 0; i < task_.length; ++i) {
             const VF z = hn::Mul(hn::Sub(time(i), model_.position), inverse);
             const VF u = hn::Mul(z, z);

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+// Vectors whose length is unknown to the compiler cannot be members of a struct.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "firmware/stripe/fast_kernels.cpp"
 #include <hwy/foreach_target.h>

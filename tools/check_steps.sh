@@ -14,6 +14,8 @@ threaded=(firmware/transport firmware/session host/link host/local host/geometry
 # Thousands of trials against a bound, or the whole way from frames to a mesh, whose parts have tests
 # of their own: another instrument or CPU adds minutes to them, not knowledge.
 minutes_of_numbers='(Spatial|Temporal)Bound|WithoutSim|SimulatedFramesReachTheBound|^ImagePaths'
+minutes_of_numbers+='|^Robustness\.Drops|PeakMethods\.ReachWhat|^ReflectanceCard|^Corner\.'
+minutes_of_numbers+='|^CornerTable|^Determinism\.Seeds|SaysThatAScanOfAnotherPart'
 
 sources() { find firmware host calib sim tests -name '*.h' -o -name '*.cpp'; }
 

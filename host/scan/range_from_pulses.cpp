@@ -6,6 +6,7 @@
 #include "host/core/errors.h"
 #include "host/geometry/parallel.h"
 #include "host/geometry/range_grid.h"
+#include "host/scan/light_change.h"
 #include "host/scan/systematic.h"
 
 namespace stria {
@@ -220,6 +221,7 @@ RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
     RangeImage& image = result.image;
     image = make_range_image(pulses.width, pulses.height);
     std::vector<Eigen::Vector2f> pixels(image.cell_count(), Eigen::Vector2f::Zero());
+    std::vector<const Channel*> channels(image.cell_count(), nullptr);
     double from = 1e300, to = -1e300;
     const Channel* channel = model.channels.empty() ? nullptr : &model.channels.front();
     for (std::size_t i = 0; i < found.size(); ++i) {
@@ -235,6 +237,7 @@ RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
         channel = find_channel(model, pulses.camera_id, cell.front().pulse->laser_id);
         image.points[i] = make_point(pulses, cell.front(), *channel, options);
         pixels[i] = {cell.front().pulse->u, cell.front().pulse->v};
+        channels[i] = channel;
         from = std::min(from, cell.front().pulse->s);
         to = std::max(to, cell.front().pulse->s);
         for (std::size_t k = 1; k < cell.size(); ++k)
@@ -246,6 +249,8 @@ RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
     if (statistics.points > 0) {
         image.stations = make_stations(*channel, from, to);
         compute_normals(image, range_triangles(image));
+        if (pulses.mode == StripeMode::spacetime && image.kind != MachineKind::swept)
+            correct_light_change(image, channels);
         add_systematic(image, pixels, model, *channel, options.sensitivity_count);
     }
     statistics.median_sigma_mm = median_of(image, [](const RangePoint& p) { return p.sigma_mm; });

@@ -122,10 +122,9 @@ void print(const char* what, const Figures& f) {
         what, f.points, f.fallbacks, f.mean_mm, f.rms_mm, f.worst_mm, f.sigma_ratio);
 }
 
-// A sphere's shading and curvature pull spatial peaks; along a rail's paths they do not. On a
-// turntable the light on a point changes while it turns, which moves a pulse by its width squared
-// times the change of the light's logarithm: as much as a peak is pulled by the curvature here,
-// with a beam narrow enough for both to be below sigma.
+// A sphere's shading and curvature pull spatial peaks; along image paths they do not. On a
+// turntable the light on a point changes while it turns, which the range image takes back; the beam
+// is narrow enough there for paths near the axis to be longer than it.
 TEST(ImagePaths, MeasureASphereWithHonestSigma) {
     for (const MachineKind kind : {MachineKind::rail, MachineKind::turntable}) {
         const bool rail = kind == MachineKind::rail;
@@ -148,7 +147,7 @@ TEST(ImagePaths, MeasureASphereWithHonestSigma) {
         EXPECT_LT(spacetime.fallbacks, spacetime.points / 4);
         EXPECT_GE(spacetime.sigma_ratio, 0.8);
         EXPECT_LE(spacetime.sigma_ratio, 1.25);
-        EXPECT_LT(spacetime.rms_mm, (rail ? 0.6 : 1.1) * spatial.rms_mm);
+        EXPECT_LT(spacetime.rms_mm, (rail ? 0.6 : 0.7) * spatial.rms_mm);
     }
 }
 

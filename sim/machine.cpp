@@ -5,6 +5,7 @@
 #include <span>
 
 #include "host/geometry/parallel.h"
+#include "sim/screen_speckle.h"
 #include "sim/sensor.h"
 
 namespace stria {
@@ -13,11 +14,13 @@ Machine::Machine(const Scene& given, std::uint64_t mixed_seed)
     : scene(given),
       seed(mixed_seed),
       geometry(scene),
-      light(scene, geometry),
+      light(scene, geometry, mixed_seed),
       motion((scene.axis.min + scene.axis.max) / 2),
       exposure_ns(ns_from_us(scene.sensor.exposure_us)),
       period_ns(std::max(exposure_ns, ns_from_us(scene.sensor.min_frame_period_us))),
       pattern_(pixel_pattern(scene, mixed_seed)) {
+    if (scene.speckle.model == SpeckleModel::screen)
+        laser_gain_ = screen_speckle(scene, mixed_seed);
     if (is_blurred(scene.lens)) blur_ = std::make_unique<Blur>();
 }
 
@@ -154,6 +157,12 @@ void Machine::add_laser(const LightBlock& block, const Shot& shot, int width,
             add_stripe(reflected, width, exposures, rows, electrons);
 }
 
+void Machine::grain(std::span<float> laser, int row_begin, int width) const {
+    const float* gain =
+        laser_gain_.data() + static_cast<std::size_t>(row_begin) * static_cast<std::size_t>(width);
+    for (std::size_t i = 0; i < laser.size(); ++i) laser[i] *= gain[i];
+}
+
 void Machine::convert(std::span<float> electrons, int row_begin, const Shot& shot,
                       Frame& frame) const {
     const std::size_t first =
@@ -189,8 +198,12 @@ void add_ambient(std::span<const float> per_second, const std::vector<float>& se
 
 void Machine::render_sharp(const LightBlock& block, const Shot& shot, Frame& frame) const {
     std::vector<float> electrons(block.ambient.size());
+    if (!laser_gain_.empty()) {
+        add_laser(block, shot, frame.width, electrons);
+        grain(electrons, block.row_begin, frame.width);
+    }
     add_ambient(block.ambient, shot.ambient_seconds, frame.width, block.row_begin, electrons);
-    add_laser(block, shot, frame.width, electrons);
+    if (laser_gain_.empty()) add_laser(block, shot, frame.width, electrons);
     convert(electrons, block.row_begin, shot, frame);
 }
 
@@ -232,10 +245,17 @@ void Machine::render_blurred(const std::vector<LightBlock>& blocks, const Shot& 
         for (std::size_t b = begin; b < end; ++b) {
             const LightBlock& block = blocks[b];
             std::vector<float> electrons(block.ambient.size());
+            const auto gather_laser = [&] {
+                blur_->spread.gather(blur_->laser, blur_->spots, frame.width, frame.height,
+                                     block.row_begin, block.row_end, electrons);
+            };
+            if (!laser_gain_.empty()) {
+                gather_laser();
+                grain(electrons, block.row_begin, frame.width);
+            }
             add_ambient(part(blur_->ambient, block), shot.ambient_seconds, frame.width,
                         block.row_begin, electrons);
-            blur_->spread.gather(blur_->laser, blur_->spots, frame.width, frame.height,
-                                 block.row_begin, block.row_end, electrons);
+            if (laser_gain_.empty()) gather_laser();
             convert(electrons, block.row_begin, shot, frame);
         }
     });

@@ -77,6 +77,8 @@ struct Machine {
                    std::span<float> electrons) const;
     void render_sharp(const LightBlock& block, const Shot& shot, Frame& frame) const;
     void render_blurred(const std::vector<LightBlock>& blocks, const Shot& shot, Frame& frame);
+    /// Multiplies the laser's light by the screen's speckle.
+    void grain(std::span<float> laser, int row_begin, int width) const;
     /// Electrons of rows from row_begin on, the pattern still to come, to pixels of the frame.
     void convert(std::span<float> electrons, int row_begin, const Shot& shot, Frame& frame) const;
 
@@ -89,6 +91,7 @@ struct Machine {
     };
 
     const PixelPattern pattern_;
+    std::vector<float> laser_gain_;  ///< speckle of SpeckleModel::screen; empty: none
     std::vector<LightBlock> swept_light_, reflected_light_;
     int swept_light_view_ = -1;
     std::unique_ptr<Blur> blur_;  ///< null for a sharp lens

@@ -52,7 +52,9 @@ enum Stream : std::uint64_t {
     kPixelGain,
     kPixelDark,
     kDuplicatedFrames,
-    kSpeckle
+    kSpeckle,
+    kSurfaceSpeckle,
+    kScreenSpeckle
 };
 
 }  // namespace stria::counter_random

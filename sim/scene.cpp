@@ -4,6 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include "sim/screen_speckle.h"
+
 namespace stria {
 namespace {
 
@@ -65,6 +67,27 @@ std::string validate_lens_and_flicker(const Scene& scene) {
     return "";
 }
 
+std::string validate_speckle(const Scene& scene) {
+    const SceneSpeckle& speckle = scene.speckle;
+    if (speckle.model == SpeckleModel::none) return "";
+    if (speckle.model == SpeckleModel::screen) {
+        if (scene.channel.axis.kind != MachineKind::swept)
+            return "laser.speckle.model: screen keeps its pattern in the image, so it is for swept "
+                   "machines: expected surface";
+        if (!(speckle.contrast >= 0.7071 && speckle.contrast <= 1))
+            return wrong("laser.speckle.contrast", speckle.contrast, "0.7072 to 1 (screen)");
+        const double rho_px = speckle_px(scene);
+        if (!(rho_px >= 1.0 / 64 && rho_px <= 32))
+            return wrong("laser.speckle: lambda f_number / pixel_um", rho_px, "1 / 64 to 32 px");
+        return "";
+    }
+    if (!(speckle.contrast >= 0.02 && speckle.contrast <= 1))
+        return wrong("laser.speckle.contrast", speckle.contrast, "0.02 to 1");
+    if (!(speckle.length_mm >= 0.005 && speckle.length_mm <= 10))
+        return wrong("laser.speckle.length_mm", speckle.length_mm, "0.005 to 10");
+    return "";
+}
+
 std::string validate_laser_and_axis(const Scene& scene) {
     const LaserSheet& sheet = scene.channel.sheet;
     if (!is_unit(sheet.normal)) return wrong("laser.normal's length", sheet.normal.norm(), "1");
@@ -78,6 +101,7 @@ std::string validate_laser_and_axis(const Scene& scene) {
         return wrong("laser.wavelength_nm", sheet.wavelength_nm, "200 to 2000");
     if (!(scene.laser_power_mw >= 0))
         return wrong("laser.power_mw", scene.laser_power_mw, "0 or more");
+    if (std::string why = validate_speckle(scene); !why.empty()) return why;
     const SceneAxis& axis = scene.axis;
     if (!(axis.min < axis.max)) return wrong("axis.min", axis.min, "below axis.max");
     if (!(std::isfinite(axis.min) && std::isfinite(axis.max)))
@@ -171,6 +195,18 @@ std::string validate_views(const Scene& scene) {
 }
 
 }  // namespace
+
+const char* name_of(SpeckleModel model) {
+    switch (model) {
+        case SpeckleModel::surface:
+            return "surface";
+        case SpeckleModel::screen:
+            return "screen";
+        case SpeckleModel::none:
+            break;
+    }
+    return "none";
+}
 
 std::string validate(const Scene& scene) {
     ScannerModel model;

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -44,6 +45,22 @@ struct SceneLens {
     bool cos4 = false;        ///< natural vignetting, cos^4 of the angle from the axis
     double corner_loss =
         0;  ///< share of light lost in the farthest corner, growing as r^2; 0..0.95
+};
+
+enum class SpeckleModel : std::uint8_t { none, surface, screen };
+inline constexpr std::array kSpeckleModels = {SpeckleModel::none, SpeckleModel::surface,
+                                              SpeckleModel::screen};
+/// "none", "surface", "screen".
+const char* name_of(SpeckleModel model);
+
+/// [laser.speckle]: the laser's light on rough surfaces is grainy. Off by default.
+struct SceneSpeckle {
+    SpeckleModel model = SpeckleModel::none;  ///< "none", "surface" (gamma, sticks to the objects),
+                                              ///< "screen" (by the lens's aperture, swept only)
+    /// Standard deviation over mean: surface, of a pixel's light, 0.02..1; screen, before the
+    /// pixel averages, 0.7072 (light that a surface depolarises) .. 1 (polarised).
+    double contrast = 1;
+    double length_mm = 0.1;  ///< surface: integral of the normalised covariance; 0.005..10
 };
 
 /// [ambient]: even light from all sides, level (1 + flicker_depth cos(2 pi flicker_hz t)), t the
@@ -141,6 +158,7 @@ struct Scene {
     SceneLens lens;
     SceneReflection reflection;
     double laser_power_mw = 30;  ///< in the sheet, at power 1
+    SceneSpeckle speckle;
     SceneAxis axis;
     std::vector<SceneObject> objects;
     std::vector<SceneView> views;  ///< empty: one, with every object where its own pose says

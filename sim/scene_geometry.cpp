@@ -352,6 +352,10 @@ bool SceneGeometry::is_visible(int object) const {
     return content_->bodies.at(static_cast<std::size_t>(object)).visible;
 }
 
+Eigen::Vector3d SceneGeometry::point_in_object(const SurfaceHit& hit) const {
+    return content_->bodies.at(static_cast<std::size_t>(hit.object)).object_from_world * hit.point;
+}
+
 std::optional<double> SceneGeometry::error_along(const Eigen::Vector3d& point_in_world,
                                                  const Eigen::Vector3d& direction,
                                                  double reach_mm) const {

@@ -42,7 +42,8 @@ class SceneGeometry {
     /// Where an object stands in the present view, and whether it is there at all.
     Rigid3 world_from_object(int object) const;
     bool is_visible(int object) const;
-
+    /// The hit's point in the frame of its object, as the view places it.
+    Eigen::Vector3d point_in_object(const SurfaceHit& hit) const;
     /// Signed error of a measured point along `direction` (unit) against the true surface: positive
     /// if the point lies beyond the surface, the nearest surface within reach_mm to either side.
     /// Empty if there is none.

@@ -40,7 +40,7 @@ struct ViewLight::Moment {
     HeadPose head;
 };
 
-ViewLight::ViewLight(const Scene& scene, const SceneGeometry& geometry)
+ViewLight::ViewLight(const Scene& scene, const SceneGeometry& geometry, std::uint64_t seed)
     : geometry_(geometry),
       beam_(scene),
       is_swept_(scene.channel.axis.kind == MachineKind::swept),
@@ -49,6 +49,7 @@ ViewLight::ViewLight(const Scene& scene, const SceneGeometry& geometry)
       width_(scene.channel.camera.width),
       height_(scene.channel.camera.height),
       rays_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {
+    if (scene.speckle.model == SpeckleModel::surface) speckle_.emplace(scene.speckle, seed);
     const auto width = static_cast<std::size_t>(width_);
     parallel_for_blocks(rays_.size(), 4 * width, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
@@ -90,6 +91,9 @@ RayLight ViewLight::judge(const SurfaceHit& hit, const Moment& moment, double gu
     light.per_s = static_cast<float>(beam.per_s);
     if (light.judged && beam.rate > 0 && !geometry_.is_occluded(hit, beam.light_in_world))
         light.rate = static_cast<float>(beam.rate);
+    if (speckle_ && light.rate > 0)
+        light.speckle =
+            static_cast<float>(speckle_->at(hit.object, geometry_.point_in_object(hit)));
     return light;
 }
 
@@ -165,17 +169,36 @@ void ViewLight::add_smooth(const std::vector<RayLight>& image, int x, int y, con
     };
     const int parts_u = parts(along_u), parts_v = parts(along_v);
     const double part_u = along_u * per / parts_u, part_v = along_v * per / parts_v;
+    // Speckle's slope over the pixel, from neighbours on the same lit surface.
+    const auto grain = [&](std::size_t before, std::size_t after) {
+        const RayLight &a = image[before], &b = image[after];
+        if (a.rate <= 0 || b.rate <= 0 || a.object != b.object || before == after) return 0.0;
+        const bool one_sided = before == index(x, y) || after == index(x, y);
+        return static_cast<double>(b.speckle - a.speckle) / (one_sided ? 1 : 2);
+    };
+    const double grain_u =
+        grain(index(std::max(x - 1, 0), y), index(std::min(x + 1, width_ - 1), y));
+    const double grain_v =
+        grain(index(x, std::max(y - 1, 0)), index(x, std::min(y + 1, height_ - 1)));
     const double shrink = 1 / std::sqrt(1 + (part_u * part_u + part_v * part_v) / 12);
     for (int j = 0; j < parts_v; ++j) {
         for (int i = 0; i < parts_u; ++i) {
-            const double position = mean + along_u * ((i + 0.5) / parts_u - 0.5) +
-                                    along_v * ((j + 0.5) / parts_v - 0.5);
+            const double at_u = (i + 0.5) / parts_u - 0.5, at_v = (j + 0.5) / parts_v - 0.5;
+            double position = mean + along_u * at_u + along_v * at_v;
+            const double factor =
+                static_cast<double>(here.speckle) + grain_u * at_u + grain_v * at_v;
+            if (factor <= 0) continue;
+            // Light leans to the brighter side of the part, by at most half of it.
+            const double lean_u = grain_u / (12 * factor * parts_u * parts_u);
+            const double lean_v = grain_v / (12 * factor * parts_v * parts_v);
+            position += along_u * std::clamp(lean_u, -0.5 / parts_u, 0.5 / parts_u) +
+                        along_v * std::clamp(lean_v, -0.5 / parts_v, 0.5 / parts_v);
             StripeLight light;
             light.pixel = pixel;
             light.s0 =
                 is_swept_ ? position : moment.s - position * per / static_cast<double>(here.per_s);
             light.per_s = std::abs(here.per_s) * static_cast<float>(shrink);
-            light.rate = here.rate * static_cast<float>(shrink / (parts_u * parts_v));
+            light.rate = here.rate * static_cast<float>(factor * shrink / (parts_u * parts_v));
             block.lights.push_back(light);
         }
     }
@@ -227,7 +250,7 @@ void ViewLight::add_uneven(int x, int y, const Moment& moment, double guess,
                              : moment.s - seen.position * static_cast<double>(seen.per_position) /
                                               static_cast<double>(seen.per_s);
         light.per_s = std::abs(seen.per_s);
-        light.rate = seen.rate / kRays;
+        light.rate = seen.rate * seen.speckle / kRays;
         block.lights.push_back(light);
     }
     block.ambient[pixel] = ambient / kRays;

@@ -1,12 +1,14 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "sim/beam.h"
 #include "sim/scene.h"
 #include "sim/scene_geometry.h"
 #include "sim/stripe_light.h"
+#include "sim/surface_speckle.h"
 
 namespace stria {
 
@@ -17,6 +19,7 @@ struct RayLight {
     float per_s = 0;
     float rate = 0;     ///< electrons a second at the beam's centre; 0 if dark or in shadow
     float ambient = 0;  ///< electrons a second
+    float speckle = 1;  ///< factor of rate, not yet in it
     std::int16_t object = -1;
     bool judged = false;     ///< the beam is near enough for rate to be known
     std::uint16_t spot = 0;  ///< SpotSpread's index for its depth
@@ -29,7 +32,8 @@ struct RayLight {
 /// that blurs every pixel also gets the spot of the depth at its centre.
 class ViewLight {
   public:
-    ViewLight(const Scene& scene, const SceneGeometry& geometry);
+    /// @param seed  of the speckle that sticks to surfaces
+    ViewLight(const Scene& scene, const SceneGeometry& geometry, std::uint64_t seed);
 
     /// Swept machine: all light of a whole sweep, in bands of rows.
     std::vector<LightBlock> whole_sweep() const;
@@ -53,6 +57,7 @@ class ViewLight {
 
     const SceneGeometry& geometry_;
     Beam beam_;
+    std::optional<SurfaceSpeckle> speckle_;
     bool is_swept_;
     Scene optics_;  ///< without objects and views; lens and camera decide the spots
     bool is_blurred_;

@@ -68,7 +68,8 @@ TEST(SpeckleTable, APointAgainstTheClosedForm) {
         std::printf("%4.1f: %.3f, theory %.3f\n", sigma,
                     result.moments_by_square_mm * std::numbers::pi / kRhoMm,
                     theory_mm * std::numbers::pi / kRhoMm);
-        EXPECT_NEAR(result.moments_by_square_mm, theory_mm, 0.05 * theory_mm) << sigma;
+        EXPECT_NEAR(result.moments_by_square_mm, theory_mm, 0.1 * theory_mm)  // chance: 4 %
+            << sigma;
     }
 }
 

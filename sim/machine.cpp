@@ -5,6 +5,7 @@
 #include <span>
 
 #include "host/geometry/parallel.h"
+#include "sim/blooming.h"
 #include "sim/screen_speckle.h"
 #include "sim/sensor.h"
 
@@ -172,6 +173,12 @@ void Machine::convert(std::span<float> electrons, int row_begin, const Shot& sho
     const auto dark = static_cast<float>(scene.sensor.dark_current_e_per_s * shot.seconds);
     if (dark > 0)
         for (float& e : electrons) e += dark;
+    if (scene.sensor.blooming > 0)
+        for (std::size_t row = 0; row < electrons.size();
+             row += static_cast<std::size_t>(frame.width))
+            spill_along_row(electrons.subspan(row, static_cast<std::size_t>(frame.width)),
+                            static_cast<float>(scene.sensor.full_well_e),
+                            static_cast<float>(scene.sensor.blooming));
     std::span<const float> offset;
     if (!pattern_.offset_e.empty())
         offset = std::span(pattern_.offset_e).subspan(first, electrons.size());

@@ -44,6 +44,8 @@ std::string validate_sensor(const SceneSensor& sensor) {
         return wrong("sensor.dsnu_e", sensor.dsnu_e, "0 to 1000");
     if (!(sensor.dark_current_e_per_s >= 0 && sensor.dark_current_e_per_s <= 1e5))
         return wrong("sensor.dark_current_e_per_s", sensor.dark_current_e_per_s, "0 to 1e5");
+    if (!(sensor.blooming >= 0 && sensor.blooming <= 1))
+        return wrong("sensor.blooming", sensor.blooming, "0 to 1");
     if (!(sensor.gamma >= 0.3 && sensor.gamma <= 3))
         return wrong("sensor.gamma", sensor.gamma, "0.3 to 3");
     return "";

@@ -33,7 +33,9 @@ struct SceneSensor {
     double prnu = 0;    ///< relative standard deviation of the pixels' sensitivity, 0..0.1
     double dsnu_e = 0;  ///< standard deviation of the pixels' dark offsets, electrons, 0..1000
     double dark_current_e_per_s =
-        0;  ///< electrons a second and pixel, with their shot noise; 0..1e5
+        0;                ///< electrons a second and pixel, with their shot noise; 0..1e5
+    double blooming = 0;  ///< share of the charge above full well that reaches the next pixel of
+                          ///< the row, 0 (drained at once) .. 1 (none is lost)
     double gamma =
         1;  ///< response (DN - black) / (top - black) = (linear)^gamma, 0.3..3; 1: linear
 };

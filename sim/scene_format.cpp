@@ -86,6 +86,7 @@ void format_camera_and_sensor(const Scene& scene, std::string& text) {
         .number("prnu", sensor.prnu)
         .number("dsnu_e", sensor.dsnu_e)
         .number("dark_current_e_per_s", sensor.dark_current_e_per_s)
+        .number("blooming", sensor.blooming)
         .number("gamma", sensor.gamma);
     TableText(text, "[lens]")
         .number("psf_sigma_px", scene.lens.psf_sigma_px)

@@ -92,6 +92,7 @@ SceneSensor parse_sensor(TomlTable table) {
     sensor.prnu = table.number("prnu", usual.prnu);
     sensor.dsnu_e = table.number("dsnu_e", usual.dsnu_e);
     sensor.dark_current_e_per_s = table.number("dark_current_e_per_s", usual.dark_current_e_per_s);
+    sensor.blooming = table.number("blooming", usual.blooming);
     sensor.gamma = table.number("gamma", usual.gamma);
     return sensor;
 }

@@ -146,48 +146,59 @@ std::optional<FitSamples> PathAnalyser::samples_along(const ImagePath& path,
     return samples;
 }
 
+bool PathAnalyser::is_long_enough(const ImagePath& path) const {
+    return kPulseWidths * path.width_s * std::hypot(path.du, path.dv) >= options_.min_path_px;
+}
+
+/// The pulse along that path nearest to the crossing; empty if there is none.
+std::optional<PathAnalyser::Fitted> PathAnalyser::fit_along(const ImagePath& path,
+                                                            const Crossing& crossing,
+                                                            const Pulse& seed, int k,
+                                                            double step) const {
+    const auto samples = samples_along(path, crossing, k, step);
+    if (!samples) return std::nullopt;
+    FitStart start;
+    start.amplitude = seed.amplitude;
+    start.background = seed.background;
+    start.width = path.width_s / std::abs(step);
+    start.min_width = 0.4;
+    start.max_width = 4 * start.width;
+    const double smallest =
+        std::max(options_.seeds.min_amplitude_dn,
+                 options_.seeds.min_snr * std::sqrt(sample_variance(noise_, seed.background)));
+    Fitted found{fit_pulses(*samples, noise_, (1 << bits_) - 1, start, 0.5 * smallest), 0, {}};
+    const GaussianFit& fit = found.fit;
+    if (!fit.converged || fit.rms_residual > options_.max_misfit * fit.amplitude[0])
+        return std::nullopt;
+    found.which = fit.peaks > 1 && std::abs(fit.position[1]) < std::abs(fit.position[0]) ? 1 : 0;
+    const double d = fit.position[static_cast<std::size_t>(found.which)] * step;
+    found.at = {crossing.u + d * (path.du + 0.5 * d * path.ddu),
+                crossing.v + d * (path.dv + 0.5 * d * path.ddv), crossing.s + d};
+    return found;
+}
+
 std::optional<PathAnalyser::Found> PathAnalyser::refine(const Pulse& seed, int k) const {
-    const double step = step_at(k);
-    const double seed_s = position(k, seed.v);
+    const double step = step_at(k), seed_s = position(k, seed.v);
+    const int row = static_cast<int>(seed.v);
     if (step == 0) return std::nullopt;
     Crossing crossing{seed.u, seed.v, seed_s};
-    for (int laying = 0; laying < kMostLayings; ++laying) {
+    for (int laying = 1;; ++laying) {
         const auto path = path_at(table_, crossing.u, crossing.v);
-        if (!path ||
-            kPulseWidths * path->width_s * std::hypot(path->du, path->dv) < options_.min_path_px) {
+        if (!path || !is_long_enough(*path)) {
             Pulse spatial = seed;
             spatial.flags |= kPulseSpatialFallback;
-            return Found{spatial, k, static_cast<int>(seed.v), seed_s, 0};
+            return Found{spatial, k, row, seed_s, 0};
         }
-        const double width = path->width_s;
-        const auto samples = samples_along(*path, crossing, k, step);
-        if (!samples) return std::nullopt;
-        FitStart start;
-        start.amplitude = seed.amplitude;
-        start.background = seed.background;
-        start.width = width / std::abs(step);
-        start.min_width = 0.4;
-        start.max_width = 4 * start.width;
-        const double smallest =
-            std::max(options_.seeds.min_amplitude_dn,
-                     options_.seeds.min_snr * std::sqrt(sample_variance(noise_, seed.background)));
-        const GaussianFit fit =
-            fit_pulses(*samples, noise_, (1 << bits_) - 1, start, 0.5 * smallest);
-        if (!fit.converged || fit.rms_residual > options_.max_misfit * fit.amplitude[0])
-            return std::nullopt;
-        const int which =
-            fit.peaks > 1 && std::abs(fit.position[1]) < std::abs(fit.position[0]) ? 1 : 0;
-        const double d = fit.position[static_cast<std::size_t>(which)] * step;
-        const double off_seed = crossing.s + d - seed_s;
-        if (std::abs(off_seed) > kFarthest * width + std::abs(step)) return std::nullopt;
-        const Crossing here{crossing.u + d * (path->du + 0.5 * d * path->ddu),
-                            crossing.v + d * (path->dv + 0.5 * d * path->ddv), crossing.s + d};
-        if (std::abs(d) < kStandsStill * width || laying + 1 == kMostLayings)
-            return Found{as_pulse(seed, fit, which, here, k, step), k, static_cast<int>(seed.v),
-                         here.s, off_seed};
-        crossing = here;
+        const auto found = fit_along(*path, crossing, seed, k, step);
+        if (!found) return std::nullopt;
+        const double off_seed = found->at.s - seed_s;
+        if (std::abs(off_seed) > kFarthest * path->width_s + std::abs(step)) return std::nullopt;
+        const double moved = std::abs(found->at.s - crossing.s);
+        crossing = found->at;
+        if (moved < kStandsStill * path->width_s || laying == kMostLayings)
+            return Found{as_pulse(seed, found->fit, found->which, crossing, k, step), k, row,
+                         crossing.s, off_seed};
     }
-    return std::nullopt;
 }
 
 Pulse PathAnalyser::as_pulse(const Pulse& seed, const GaussianFit& fit, int which,

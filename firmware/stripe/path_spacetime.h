@@ -62,12 +62,21 @@ class PathAnalyser {
     struct Crossing {
         double u = 0, v = 0, s = 0;
     };
+    /// A fit along a path, which of its pulses is meant, and where that one crosses.
+    struct Fitted {
+        GaussianFit fit;
+        int which = 0;
+        Crossing at;
+    };
 
     double position(int frame, double v) const;
     void analyse_ready(bool at_end);
     std::optional<Found> refine(const Pulse& seed, int k) const;
     std::optional<FitSamples> samples_along(const ImagePath& path, const Crossing& crossing, int k,
                                             double step) const;
+    bool is_long_enough(const ImagePath& path) const;
+    std::optional<Fitted> fit_along(const ImagePath& path, const Crossing& crossing,
+                                    const Pulse& seed, int k, double step) const;
     Pulse as_pulse(const Pulse& seed, const GaussianFit& fit, int which, const Crossing& crossing,
                    int k, double step) const;
     void merge_twins();

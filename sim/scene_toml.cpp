@@ -11,6 +11,7 @@
 #include "host/io/mesh_io.h"
 #include "host/io/toml_file.h"
 #include "host/io/whole_file.h"
+#include "sim/scanner_preset.h"
 #include "sim/scene.h"
 
 namespace stria {
@@ -73,8 +74,16 @@ CameraModel parse_camera(TomlTable table) {
     return camera;
 }
 
-SceneSensor parse_sensor(TomlTable table) {
-    const SceneSensor usual;
+ScannerPreset parse_preset(TomlTable& root) {
+    if (!root.has("preset")) return {};
+    const std::string name = root.text("preset");
+    const auto preset = scanner_preset(name);
+    if (!preset) root.refuse("preset", "expected " + scanner_preset_names() + ", found " + name);
+    return *preset;
+}
+
+/// What the table does not say is as in `usual`.
+SceneSensor parse_sensor(TomlTable table, const SceneSensor& usual) {
     SceneSensor sensor;
     sensor.full_well_e = table.number("full_well_e", usual.full_well_e);
     sensor.read_noise_e = table.number("read_noise_e", usual.read_noise_e);
@@ -129,6 +138,7 @@ SceneSpeckle parse_speckle(TomlTable table) {
 
 void parse_laser(TomlTable table, Scene& scene) {
     LaserSheet sheet;
+    sheet.wavelength_nm = scene.channel.sheet.wavelength_nm;
     sheet.apex = vector3(table, "apex");
     sheet.central_ray = direction(table, "central_ray");
     sheet.normal = direction(table, "normal");
@@ -272,16 +282,20 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::s
     TomlTable root = parse_toml(text, name);
     Scene scene;
     scene.seed = static_cast<std::uint64_t>(root.integer("seed", 1));
+    const ScannerPreset preset = parse_preset(root);
     TomlTable scanner = root.table("scanner");
     const std::string kind = scanner.text("kind");
     const auto machine = machine_kind_from(kind);
     if (!machine) scanner.refuse("kind", "expected swept, rail or turntable, found " + kind);
     scene.channel.axis.kind = *machine;
     scene.channel.camera = parse_camera(root.table("camera"));
-    if (auto sensor = root.find_table("sensor")) scene.sensor = parse_sensor(std::move(*sensor));
+    scene.sensor = preset.sensor;
+    if (auto sensor = root.find_table("sensor"))
+        scene.sensor = parse_sensor(std::move(*sensor), preset.sensor);
     if (auto lens = root.find_table("lens")) scene.lens = parse_lens(std::move(*lens));
     if (auto reflection = root.find_table("reflection"))
         scene.reflection = parse_reflection(std::move(*reflection));
+    scene.channel.sheet.wavelength_nm = preset.wavelength_nm;
     parse_laser(root.table("laser"), scene);
     parse_axis(root.table("axis"), scene);
     for (TomlTable& object : root.tables("object"))

@@ -98,32 +98,53 @@ std::vector<PulseMap> analysed(const RecordingContents& recording, const std::st
     const std::vector<Pass> passes = passes_of(recording);
     if (passes.empty()) throw Error(name + ": holds neither pulses nor laser-on frames");
     std::vector<PulseMap> maps;
-    for (const Pass pass : passes) maps.push_back(analysed(recording, pass, name, model));
+    for (const Pass pass : passes) {
+        maps.push_back(analysed(recording, pass, name, model));
+        assign_axis_positions(maps.back(), recording.axis_log);
+    }
     return maps;
 }
 
-PulseMap joined(const std::vector<PulseMap>& maps, const std::string& name) {
+/// A pass back on a grid of frames is read from its end, so that neighbours stay neighbours.
+bool is_mirrored(const PulseMap& map, bool grid_of_frames) {
+    return grid_of_frames && !map.pulses.empty() && map.pulses.front().ds_dt < 0;
+}
+
+/// The pulses of that cell; none beyond the frames of a pass that has fewer.
+std::span<const Pulse> cell_of(const PulseMap& map, int x, int y, bool mirrored) {
+    if (x >= map.width) return {};
+    return map.cell(mirrored ? map.width - 1 - x : x, y);
+}
+
+/// Passes of one grid, or on a grid of frames of one that differs by those at its ends.
+PulseMap joined(const std::vector<PulseMap>& maps, bool grid_of_frames, const std::string& name) {
+    if (maps.size() == 1) return maps.front();
     PulseMap all = maps.front();
-    if (maps.size() == 1) return all;
-    all.pulses.clear();
-    for (std::size_t i = 0; i + 1 < all.cell_begin.size(); ++i) {
-        std::vector<Pulse> cell;
-        for (const PulseMap& map : maps) {
-            if (map.width != all.width || map.height != all.height || map.mode != all.mode)
-                throw Error(name +
-                            ": holds sweeps of different grids: " + std::to_string(all.width) +
-                            " x " + std::to_string(all.height) + " and " +
-                            std::to_string(map.width) + " x " + std::to_string(map.height));
-            cell.insert(cell.end(), map.pulses.begin() + map.cell_begin[i],
-                        map.pulses.begin() + map.cell_begin[i + 1]);
-        }
-        std::stable_sort(cell.begin(), cell.end(),
-                         [](const Pulse& a, const Pulse& b) { return a.amplitude > b.amplitude; });
-        if (cell.size() > kMaxPulsesPerCell) cell.resize(kMaxPulsesPerCell);
-        all.cell_begin[i] = static_cast<std::uint32_t>(all.pulses.size());
-        all.pulses.insert(all.pulses.end(), cell.begin(), cell.end());
+    for (const PulseMap& map : maps) {
+        if (map.height != all.height || map.mode != all.mode ||
+            (map.width != all.width && !grid_of_frames))
+            throw Error(name + ": holds sweeps of different grids: " + std::to_string(all.width) +
+                        " x " + std::to_string(all.height) + " and " + std::to_string(map.width) +
+                        " x " + std::to_string(map.height));
+        all.width = std::max(all.width, map.width);
+        all.undersampled = all.undersampled || map.undersampled;
     }
-    all.cell_begin.back() = static_cast<std::uint32_t>(all.pulses.size());
+    all.pulses.clear();
+    all.cell_begin.assign(1, 0);
+    for (int y = 0; y < all.height; ++y)
+        for (int x = 0; x < all.width; ++x) {
+            std::vector<Pulse> cell;
+            for (const PulseMap& map : maps) {
+                const auto more = cell_of(map, x, y, is_mirrored(map, grid_of_frames));
+                cell.insert(cell.end(), more.begin(), more.end());
+            }
+            std::stable_sort(cell.begin(), cell.end(), [](const Pulse& a, const Pulse& b) {
+                return a.amplitude > b.amplitude;
+            });
+            if (cell.size() > kMaxPulsesPerCell) cell.resize(kMaxPulsesPerCell);
+            all.pulses.insert(all.pulses.end(), cell.begin(), cell.end());
+            all.cell_begin.push_back(static_cast<std::uint32_t>(all.pulses.size()));
+        }
     return all;
 }
 
@@ -131,11 +152,12 @@ PulseMap joined(const std::vector<PulseMap>& maps, const std::string& name) {
 
 PulseMap pulses_of(const RecordingContents& recording, const std::string& name,
                    const ScannerModel* model) {
+    const bool grid_of_frames = recording.snapshot.plan.mode == StripeMode::spatial ||
+                                recording.snapshot.device.kind != name_of(MachineKind::swept);
     PulseMap map = joined(
         recording.pulse_maps.empty() ? analysed(recording, name, model) : recording.pulse_maps,
-        name);
+        grid_of_frames, name);
     if (map.undersampled) refuse_undersampled(name);
-    if (recording.pulse_maps.empty()) assign_axis_positions(map, recording.axis_log);
     return map;
 }
 

@@ -8,7 +8,8 @@ namespace stria {
 
 /// The sweep's pulses: those the device found, or where only frames were recorded, found here as
 /// the plan says; spacetime on a rail or turntable follows the image paths of `model`. Several maps
-/// of one grid (exposures, directions, lasers) are joined cell by cell, the strongest pulses kept.
+/// of one grid (exposures, directions, lasers) are joined cell by cell, the strongest pulses kept;
+/// on a grid of frames a pass back is read from its end.
 /// Throws stria::Error if there is neither, if the sweep was undersampled, or if paths are needed
 /// and no model is known.
 /// @param name   stands for the recording in errors

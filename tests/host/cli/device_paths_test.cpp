@@ -71,6 +71,26 @@ TEST_P(OnTheDevice, PulsesAreByteForByteThoseOfTheRecordedFrames) {
     EXPECT_NE(paths_note(replayed, other).find("scan again"), std::string::npos);
 }
 
+// There and back: the passes are two maps, of one grid but for a frame at an end, and neighbours of
+// the joined grid are neighbours on the part.
+TEST_P(OnTheDevice, BothDirectionsJoin) {
+    plan.both_directions = true;
+    LocalScanner scanner(scene);
+    scanner.set_paths(paths_for(model, {0}));
+    RecordingContents run = scanner.run(plan);
+    ASSERT_EQ(run.pulse_maps.size(), 2U);
+    const PulseMap joined = pulses_of(run, "run", &model);
+    EXPECT_EQ(joined.pulses.size(),
+              run.pulse_maps[0].pulses.size() + run.pulse_maps[1].pulses.size());
+    for (int y = 0; y < joined.height; ++y)
+        for (int x = 0; x < joined.width; ++x)
+            for (const Pulse& pulse : joined.cell(x, y))
+                ASSERT_NEAR(pulse.s, plan.from + (x + 0.5) * plan.step, 3.5 * plan.step)
+                    << x;  // a seed leads up to 2.5 widths and a step away
+    run.pulse_maps.clear();
+    EXPECT_TRUE(bytes_of(pulses_of(run, "frames", &model)) == bytes_of(joined));
+}
+
 int stria(const std::vector<std::string>& arguments) {
     std::vector<const char*> argv = {"stria"};
     for (const std::string& argument : arguments) argv.push_back(argument.c_str());

@@ -7,8 +7,8 @@ namespace stria {
 namespace {
 
 constexpr double kDetectionShare = 0.7;  // of min_snr: one sample may lie below the pulse's height
-/// Expected least of n normal samples is that many standard deviations below their mean.
-constexpr std::array<double, 9> kExpectedLeast = {0, 0, 0.56, 0.85, 1.03, 1.16, 1.27, 1.35, 1.42};
+/// The expected second least of n normal samples is that many standard deviations below their mean.
+constexpr std::array<double, 9> kExpectedSecond = {0, 0, 0, 0, 0.30, 0.50, 0.64, 0.76, 0.85};
 
 }  // namespace
 
@@ -28,13 +28,15 @@ DetectionLevels::DetectionLevels(int bits, const SensorNoise& noise, double min_
     }
 }
 
-std::uint32_t DetectionLevels::first(std::uint32_t least, std::uint32_t greatest, std::uint32_t sum,
-                                     int count) const {
-    if (((greatest - least) << 8) <= margin(least << 8))
-        return static_cast<std::uint32_t>((std::uint64_t{sum} << 8) /
-                                          static_cast<std::uint32_t>(count));
-    const double raise = kExpectedLeast[std::min<std::size_t>(static_cast<std::size_t>(count), 8)];
-    const double level = least + raise * std::sqrt(sample_variance(noise_, least));
+std::uint32_t DetectionLevels::first(const FirstSamples& samples) const {
+    const std::uint32_t still = margin(samples.second << 8) + margin(samples.second << 8) / 2;
+    if (((samples.greatest - samples.second) << 8) <= still)
+        return static_cast<std::uint32_t>((std::uint64_t{samples.sum} << 8) /
+                                          static_cast<std::uint32_t>(samples.count));
+    const double raise =
+        kExpectedSecond[std::min<std::size_t>(static_cast<std::size_t>(samples.count), 8)];
+    const double level =
+        samples.second + raise * std::sqrt(sample_variance(noise_, samples.second));
     return static_cast<std::uint32_t>(
         std::min(256.0 * level + 0.5, double(highest_ & ~std::uint32_t{255})));
 }

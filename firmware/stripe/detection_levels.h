@@ -28,10 +28,26 @@ class DetectionLevels {
         const std::uint32_t level = background + margin(background);
         return (level < highest_ ? level : highest_) >> 8;
     }
-    /// From a pixel's first samples (DN): their mean, where they differ by no more than the margin;
-    /// else the light has moved, and it is the least, raised by what noise lowers that.
-    std::uint32_t first(std::uint32_t least, std::uint32_t greatest, std::uint32_t sum,
-                        int count) const;
+    /// A pixel's first samples, DN. Of their least the second one counts, so that a single outlier
+    /// does no harm.
+    struct FirstSamples {
+        std::uint32_t least, second, greatest, sum;
+        int count = 1;
+
+        explicit FirstSamples(std::uint32_t sample)
+            : least(sample), second(sample), greatest(sample), sum(sample) {}
+        void add(std::uint32_t sample) {
+            const std::uint32_t larger = sample > least ? sample : least;
+            second = count == 1 || larger < second ? larger : second;
+            least = sample < least ? sample : least;
+            greatest = sample > greatest ? sample : greatest;
+            sum += sample;
+            ++count;
+        }
+    };
+    /// From them: their mean, where they differ by no more than 1.5 margins; else the light has
+    /// moved, and it is the second least, raised by what noise lowers that.
+    std::uint32_t first(const FirstSamples& samples) const;
     /// The background after `count` samples whose sum is `sum` (DN): a quarter of the way towards
     /// their mean, by at most a quarter of the margin upwards; all the way where it has fallen by
     /// more than the margin.

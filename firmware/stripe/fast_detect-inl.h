@@ -11,6 +11,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstring>
 #include <vector>
 
 #include "firmware/stripe/fast_kernels.h"
@@ -166,12 +168,15 @@ class Block {
     HWY_NOINLINE void report(hn::Mask<D8> ended, V8 last, int k) const {
         const D8 d;
         alignas(kPadding) std::uint8_t lasts[kPadding];
-        alignas(8) std::uint8_t bits[kPadding / 8] = {};
+        std::uint64_t bits = 0;
+        std::array<std::uint8_t, 8> bytes{};
         hn::Store(last, d, lasts);
-        hn::StoreMaskBits(d, ended, bits);
-        for (int i = 0; i < static_cast<int>(hn::Lanes(d)); ++i)
-            if ((bits[i / 8] >> (i % 8)) & 1)
-                closed_.push_back(planes_.closed(x_ + i, k, lasts[i]));
+        hn::StoreMaskBits(d, ended, bytes.data());
+        std::memcpy(&bits, bytes.data(), sizeof(bits));  // little endian, as every target here
+        for (; bits != 0; bits &= bits - 1) {
+            const int i = std::countr_zero(bits);
+            closed_.push_back(planes_.closed(x_ + i, k, lasts[i]));
+        }
     }
 
     const RowPlanes& planes_;

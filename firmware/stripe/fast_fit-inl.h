@@ -136,13 +136,16 @@ class WindowFit {
         const DF d;
         const VF background = hn::LoadU(d, out.background + lane_);
         const VF least = hn::LoadU(d, out.least + lane_);
-        VF sum = constant(0), squares = sum, peak = sum;
+        VF sum = constant(0), squares = sum, peak = sum, pair = sum;
+        VF last = constant(-1e9f);
         for (int i = 0; i < task_.length; ++i) {
             const VF a = hn::Sub(sample(i), background);
             const VF counted = hn::IfThenElseZero(hn::Ge(a, least), a);
             sum = hn::Add(sum, counted);
             squares = hn::Add(squares, hn::Mul(counted, counted));
             peak = hn::Max(peak, counted);
+            pair = hn::Max(pair, hn::Add(last, a));
+            last = a;
         }
         const VF quarter = hn::Mul(peak, constant(0.25f));
         VF weight = constant(1e-20f), moment = constant(0);
@@ -153,6 +156,7 @@ class WindowFit {
         }
         hn::StoreU(hn::Div(hn::Mul(sum, sum), squares), d, out.effective + lane_);
         hn::StoreU(peak, d, out.peak + lane_);
+        hn::StoreU(pair, d, out.pair + lane_);
         const VF width = hn::Div(hn::Mul(sum, constant(0.4f)), hn::Max(peak, constant(1e-3f)));
         model_ = Model(hn::Max(peak, constant(0.1f)), hn::Div(moment, weight),
                        hn::Min(hn::Max(width, constant(std::max(min_width_, 0.5f))),

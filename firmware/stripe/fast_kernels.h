@@ -82,6 +82,7 @@ struct FitTask {
     // Out. Times in periods, of what the fit is of.
     float effective[kLanes];  ///< effective samples of the pulse
     float peak[kLanes];       ///< DN, greatest sample above the tracked background
+    float pair[kLanes];       ///< DN, greatest sum of two successive samples above it
     float position[kLanes], sigma[kLanes], width[kLanes];  ///< sigma not inflated
     float height[kLanes];                                  ///< DN, as the samples show it
     float amplitude[kLanes];                               ///< DN, before the aperture blurs it

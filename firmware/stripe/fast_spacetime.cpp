@@ -77,14 +77,9 @@ class FastEngine final : public SpacetimeEngine {
     void set_backgrounds(const std::uint8_t* const* rows, int count,
                          const fast::RowPlanes& planes_of_row) const {
         for (int x = 0; x < width_; ++x) {
-            std::uint8_t least = rows[0][x], greatest = least;
-            std::uint32_t sum = 0;
-            for (int k = 0; k < count; ++k) {
-                least = std::min(least, rows[k][x]);
-                greatest = std::max(greatest, rows[k][x]);
-                sum += rows[k][x];
-            }
-            planes_of_row.set_background(x, levels_.first(least, greatest, sum, count));
+            DetectionLevels::FirstSamples samples(rows[0][x]);
+            for (int k = 1; k < count; ++k) samples.add(rows[k][x]);
+            planes_of_row.set_background(x, levels_.first(samples));
             planes_of_row.threshold[x] =
                 static_cast<std::uint8_t>(levels_.threshold(planes_of_row.background(x)));
         }

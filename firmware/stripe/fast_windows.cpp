@@ -49,14 +49,14 @@ float greatest_residual(const FitTask& fit, int lane) {
 }
 
 bool is_quiet(const FitTask& fit, int lane, const Limits& limits) {
-    return chi_square_of(fit, lane, limits) < 0.995f * limits.significant;
+    return chi_square_of(fit, lane, limits) < 0.998f * limits.significant;
 }
 
 /// True if the misfit of a strong pulse is what noise makes of one in some hundred, and the
 /// reference's fit, too, would leave it at a single one.
 bool is_noise(const FitTask& fit, int lane, const Limits& limits) {
     const float chi_square = chi_square_of(fit, lane, limits);
-    return chi_square > 1.005f * limits.significant && chi_square < 1.25f * limits.significant &&
+    return chi_square > 1.002f * limits.significant && chi_square < 2.0f * limits.significant &&
            fit.height[lane] > 2.0f * limits.smallest &&
            greatest_residual(fit, lane) < 0.45f * limits.smallest;
 }
@@ -133,8 +133,8 @@ void WindowBins::take_plainly(const PixelWindow& window) {
     RowFinds& row = rows_[static_cast<std::size_t>(window.y)];
     ++row.windows.all;
     ++row.windows.by_reference;
-    note_effective_samples(effective_samples(setting_.frames, window, setting_.noise),
-                           row.effective);
+    const PulseLevels levels = pulse_levels(setting_.noise, setting_.options, window.background);
+    note_effective_samples(effective_samples(setting_.frames, window, levels), row.effective);
     fit_window(setting_.frames, window, setting_.noise, setting_.options, row.pulses);
 }
 
@@ -178,28 +178,30 @@ void WindowBins::fit(Bin& bin) {
     task.min_width = static_cast<float>(std::sqrt(
         kMinPulseWidth * kMinPulseWidth + double{task.half_aperture} * task.half_aperture / 3.0));
     task.max_width = 0.5f * static_cast<float>(setting_.options.max_pulse_frames);
+    std::array<PulseLevels, kLanes> levels;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
         task.background[lane] = bin.windows[lane].background;
-        task.least[lane] = least_of_pulse(noise, task.background[lane]);
+        levels[lane] = pulse_levels(noise, setting_.options, task.background[lane]);
+        task.least[lane] = levels[lane].least;
     }
     fit_windows(task);
     for (int lane = 0; lane < bin.count; ++lane)
-        settle(bin.windows[static_cast<std::size_t>(lane)], task, lane, middle, period);
+        settle(bin.windows[static_cast<std::size_t>(lane)], levels[static_cast<std::size_t>(lane)],
+               task, lane, middle, period);
     bin.count = 0;
 }
 
-void WindowBins::settle(const PixelWindow& window, const FitTask& task, int lane, TimeNs middle,
-                        double period) {
+void WindowBins::settle(const PixelWindow& window, const PulseLevels& levels, const FitTask& task,
+                        int lane, TimeNs middle, double period) {
     const SpacetimeOptions& options = setting_.options;
     RowFinds& row = rows_[static_cast<std::size_t>(window.y)];
     ++row.windows.all;
     if (task.peak[lane] >= 2.0f * (window.level - window.background))
         note_effective_samples(task.effective[lane], row.effective);
 
+    if (task.pair[lane] < levels.pair) return;
     Limits limits;
-    // least is two standard deviations of the background's noise.
-    limits.smallest = std::max(static_cast<float>(options.min_amplitude_dn),
-                               0.5f * static_cast<float>(options.min_snr) * task.least[lane]);
+    limits.smallest = levels.smallest;
     limits.degrees = std::max(task.length - 4, 1);
     limits.significant = 1.0f + 3.0f * std::sqrt(2.0f / static_cast<float>(limits.degrees));
     limits.max_misfit = static_cast<float>(options.max_misfit);
@@ -213,6 +215,7 @@ void WindowBins::settle(const PixelWindow& window, const FitTask& task, int lane
         fit_window(setting_.frames, window, setting_.noise, options, row.pulses);
         return;
     }
+    if (row.pulses.empty()) row.pulses.reserve(width_);
     const Frame& first = setting_.frames.at(window.begin);
     Pulse pulse;
     pulse.u = static_cast<float>(window.x);

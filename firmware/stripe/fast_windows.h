@@ -48,8 +48,8 @@ class WindowBins {
     Bin& bin_of(int last_frame, int last);
     static void fill(Bin& bin);
     void fit(Bin& bin);
-    void settle(const PixelWindow& window, const FitTask& task, int lane, TimeNs middle,
-                double period);
+    void settle(const PixelWindow& window, const PulseLevels& levels, const FitTask& task, int lane,
+                TimeNs middle, double period);
 
     FitSetting setting_;
     int first_;

@@ -1,6 +1,8 @@
 #pragma once
 #include <cstdint>
 #include <deque>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "firmware/core/frame.h"
@@ -20,6 +22,15 @@ class FrameStore {
             spare_.pop_back();
             frames_.back() = frame;
         }
+    }
+    /// Takes the frame over; its number is count() - 1 afterwards.
+    void add(Frame&& frame) { frames_.push_back(std::move(frame)); }
+    /// A frame that was given back, if there is one: its memory can hold another.
+    std::optional<Frame> take_spare() {
+        if (spare_.empty()) return std::nullopt;
+        std::optional<Frame> frame = std::move(spare_.back());
+        spare_.pop_back();
+        return frame;
     }
     /// Gives back every frame before `number`.
     void release_before(int number) {

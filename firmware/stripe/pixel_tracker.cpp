@@ -40,18 +40,13 @@ void PixelTracker<T>::advance(const FrameStore& frames, int begin, int end) {
 template <typename T>
 void PixelTracker<T>::set_backgrounds(const FrameStore& frames, int begin, int end) {
     const T* first = row_of<T>(frames.at(begin), y_);
-    std::vector<T> least(first, first + width_), greatest = least;
-    std::vector<std::uint32_t> sum(first, first + width_);
+    std::vector<DetectionLevels::FirstSamples> samples;
+    for (int x = 0; x < width_; ++x) samples.emplace_back(first[x]);
     for (int k = begin + 1; k < end; ++k) {
         const T* row = row_of<T>(frames.at(k), y_);
-        for (int x = 0; x < width_; ++x) {
-            least[x] = std::min(least[x], row[x]);
-            greatest[x] = std::max(greatest[x], row[x]);
-            sum[x] += row[x];
-        }
+        for (int x = 0; x < width_; ++x) samples[x].add(row[x]);
     }
-    for (int x = 0; x < width_; ++x)
-        background_[x] = levels_.first(least[x], greatest[x], sum[x], end - begin);
+    for (int x = 0; x < width_; ++x) background_[x] = levels_.first(samples[x]);
     set_thresholds();
 }
 
@@ -124,7 +119,8 @@ void PixelTracker<T>::close(const FrameStore& frames, const Open& open, int end,
     window.background = static_cast<float>(background_[open.x]) / 256.0f;
     window.at_sequence_end = at_sequence_end;
     window.level = static_cast<float>(threshold_[open.x]) + 1.0f;
-    note_effective_samples(effective_samples(frames, window, noise_), effective);
+    const PulseLevels levels = pulse_levels(noise_, options_, window.background);
+    note_effective_samples(effective_samples(frames, window, levels), effective);
     fit_window(frames, window, noise_, options_, pulses);
 }
 

@@ -59,15 +59,30 @@ FitStart start_of(const FitSamples& samples, double background, int max_pulse_fr
     return start;
 }
 
+/// The greatest sum of two successive samples, above the tracked background.
+float greatest_pair(const FitSamples& samples, float background) {
+    float greatest = 0, last = 0;
+    for (int i = 0; i < samples.count; ++i) {
+        const float a = static_cast<float>(samples.y[i]) - background;
+        if (i > 0) greatest = std::max(greatest, last + a);
+        last = a;
+    }
+    return greatest;
+}
+
 }  // namespace
 
-float least_of_pulse(const SensorNoise& noise, float background) {
-    return static_cast<float>(2.0 * std::sqrt(sample_variance(noise, background)));
+PulseLevels pulse_levels(const SensorNoise& noise, const SpacetimeOptions& options,
+                         float background) {
+    const double noise_dn = std::sqrt(sample_variance(noise, background));
+    const double smallest = std::max(options.min_amplitude_dn, options.min_snr * noise_dn);
+    return {static_cast<float>(2.0 * noise_dn), static_cast<float>(smallest),
+            static_cast<float>(1.05 * smallest)};
 }
 
 float effective_samples(const FrameStore& frames, const PixelWindow& window,
-                        const SensorNoise& noise) {
-    const float least = least_of_pulse(noise, window.background);
+                        const PulseLevels& levels) {
+    const float least = levels.least;
     float sum = 0, squares = 0, peak = 0;
     for (int k = window.begin; k < window.end; ++k) {
         const float a =
@@ -92,8 +107,9 @@ void fit_window(const FrameStore& frames, const PixelWindow& window, const Senso
     const Frame& first = frames.at(window.begin);
     const TimedSamples timed = gather(frames, window);
     const FitSamples& samples = timed.samples;
-    const double noise_dn = std::sqrt(sample_variance(noise, window.background));
-    const double smallest = std::max(options.min_amplitude_dn, options.min_snr * noise_dn);
+    const PulseLevels levels = pulse_levels(noise, options, window.background);
+    if (greatest_pair(samples, window.background) < levels.pair) return;
+    const double smallest = levels.smallest;
     const FitStart start = start_of(samples, window.background, options.max_pulse_frames);
     const GaussianFit fit = fit_pulses(samples, noise, first.full_scale(), start, smallest);
     if (!fit.converged || fit.rms_residual > options.max_misfit * fit.amplitude[0]) return;

@@ -21,6 +21,17 @@ struct PixelWindow {
     bool at_sequence_end = false;  ///< end is the end of the sweep
 };
 
+/// What counts as a pulse over a background, DN above it.
+struct PulseLevels {
+    float least;     ///< of a sample of a pulse: two standard deviations of the background
+    float smallest;  ///< height of a pulse
+    /// The greatest two successive samples together. A pulse of the smallest height and of 0.4
+    /// frame periods shows 1.09 of it in these, any other more; a single outlier seldom does.
+    float pair;
+};
+PulseLevels pulse_levels(const SensorNoise& noise, const SpacetimeOptions& options,
+                         float background);
+
 /// How many pulses had how many effective samples: bins of 0.05 from 1 on, the last open.
 using SampleHistogram = std::array<std::uint32_t, 128>;
 
@@ -29,13 +40,11 @@ using SampleHistogram = std::array<std::uint32_t, 128>;
 /// background as `level`. 1 for a pulse one sample wide, 3.5 x width / frame period for a well
 /// sampled Gaussian. Single precision, in the order of the frames.
 float effective_samples(const FrameStore& frames, const PixelWindow& window,
-                        const SensorNoise& noise);
+                        const PulseLevels& levels);
 /// Counts `samples`, unless 0.
 void note_effective_samples(float samples, SampleHistogram& histogram);
-/// Samples less than that above the background do not count as the pulse's, DN.
-float least_of_pulse(const SensorNoise& noise, float background);
-
-/// Fits the window in time and appends its one or two pulses, if there are any.
+/// Fits the window in time, unless its samples are below pulse_levels().pair, and appends its one
+/// or two pulses, if there are any.
 void fit_window(const FrameStore& frames, const PixelWindow& window, const SensorNoise& noise,
                 const SpacetimeOptions& options, std::vector<Pulse>& pulses);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "firmware/stripe/fast_spacetime.h"
@@ -96,10 +97,12 @@ SpacetimeAnalyser::SpacetimeAnalyser(SpacetimeAnalyser&&) noexcept = default;
 SpacetimeAnalyser& SpacetimeAnalyser::operator=(SpacetimeAnalyser&&) noexcept = default;
 
 void SpacetimeAnalyser::add(const Frame& frame) { engine_->add(frame); }
+void SpacetimeAnalyser::add(Frame&& frame) { engine_->add(std::move(frame)); }
+std::optional<Frame> SpacetimeAnalyser::take_spare() { return engine_->take_spare(); }
 PulseMap SpacetimeAnalyser::finish() { return engine_->finish(); }
 const SweepSampling& SpacetimeAnalyser::sampling() const { return engine_->sampling(); }
 WindowCounts SpacetimeAnalyser::windows() const { return engine_->windows(); }
-std::size_t SpacetimeAnalyser::frames_held() const { return engine_->frames_held(); }
+int SpacetimeAnalyser::most_frames() const { return engine_->most_frames(); }
 int SpacetimeAnalyser::frames_ignored() const { return engine_->frames_ignored(); }
 
 }  // namespace stria

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "firmware/core/frame.h"
 #include "firmware/core/pulse.h"
@@ -61,14 +62,18 @@ class SpacetimeAnalyser {
     /// Laser-on frames in time order. A frame that repeats a sequence number or is not later than
     /// the last one is ignored and counted. Throws std::invalid_argument on another size or depth.
     void add(const Frame& frame);
+    /// The same without a copy: takes the frame over, unless it is ignored.
+    void add(Frame&& frame);
+    /// A frame that is needed no more, if there is one: its memory can hold another.
+    std::optional<Frame> take_spare();
     /// The map of all frames so far. Call once, at the end.
     PulseMap finish();
     /// Valid after finish().
     const SweepSampling& sampling() const;
     int frames_ignored() const;
     WindowCounts windows() const;
-    /// Frames whose memory is held, now or at any time before.
-    std::size_t frames_held() const;
+    /// The most frames that were needed at any time.
+    int most_frames() const;
 
   private:
     std::unique_ptr<SpacetimeEngine> engine_;

@@ -102,18 +102,22 @@ SpacetimeEngine::SpacetimeEngine(int width, int height, int bits, const SensorNo
       pace_(pace),
       probe_(width, height, bits, noise) {}
 
-void SpacetimeEngine::add(const Frame& frame) {
+bool SpacetimeEngine::accept(const Frame& frame) {
     if (frame.width != width_ || frame.height != height_ || frame.bits != bits_)
         throw std::invalid_argument("SpacetimeAnalyser: frame of " + std::to_string(frame.width) +
                                     " x " + std::to_string(frame.height) + ", " +
                                     std::to_string(frame.bits) + " bits: expected " +
                                     std::to_string(width_) + " x " + std::to_string(height_) +
                                     ", " + std::to_string(bits_) + " bits");
-    if (!follower_.accept(frame, options_.sequence_step)) return;
+    if (!follower_.accept(frame, options_.sequence_step)) return false;
     camera_id_ = frame.camera_id;
     const int k = frames_.count();
     if (k < pace_.probed_at_first || k % pace_.probe_every < 2) probe_.add(frame);
-    frames_.add(frame);
+    return true;
+}
+
+void SpacetimeEngine::analyse_if_due() {
+    most_frames_ = std::max(most_frames_, frames_.count() - frames_.first());
     if (frames_.count() - analysed_ >= pace_.frames_together) analyse();
 }
 
@@ -127,6 +131,7 @@ PulseMap SpacetimeEngine::finish() {
     map.frames = static_cast<std::uint32_t>(frames_.count());
     map.frames_dropped = follower_.dropped();
     close_windows();
+    frames_.release_before(frames_.count());
     judge_sampling(map);
     assemble(map);
     return map;

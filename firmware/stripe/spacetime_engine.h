@@ -1,5 +1,7 @@
 #pragma once
 #include <cstdint>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "firmware/stripe/frame_follower.h"
@@ -25,11 +27,21 @@ class SpacetimeEngine {
                     const SpacetimeOptions& options, const Pace& pace);
     virtual ~SpacetimeEngine() = default;
 
-    void add(const Frame& frame);
+    void add(const Frame& frame) {
+        if (!accept(frame)) return;
+        frames_.add(frame);
+        analyse_if_due();
+    }
+    void add(Frame&& frame) {
+        if (!accept(frame)) return;
+        frames_.add(std::move(frame));
+        analyse_if_due();
+    }
+    std::optional<Frame> take_spare() { return frames_.take_spare(); }
     PulseMap finish();
     const SweepSampling& sampling() const { return sampling_; }
     int frames_ignored() const { return follower_.ignored(); }
-    std::size_t frames_held() const { return frames_.held(); }
+    int most_frames() const { return most_frames_; }
     virtual WindowCounts windows() const = 0;
 
   protected:
@@ -52,6 +64,8 @@ class SpacetimeEngine {
     const SpacetimeOptions options_;
 
   private:
+    bool accept(const Frame& frame);
+    void analyse_if_due();
     void analyse();
     void close_windows();
     void judge_sampling(PulseMap& map);
@@ -62,7 +76,7 @@ class SpacetimeEngine {
     SweepSampling sampling_;
     FrameFollower follower_;
     std::uint8_t camera_id_ = 0;
-    int analysed_ = 0;
+    int analysed_ = 0, most_frames_ = 0;
 };
 
 }  // namespace stria

@@ -75,7 +75,7 @@ Analysed analyse(const FastSweep& sweep, const SpacetimeOptions& options) {
     out.map = analyser.finish();
     out.sampling = analyser.sampling();
     out.windows = analyser.windows();
-    out.frames_held = analyser.frames_held();
+    out.most_frames = analyser.most_frames();
     return out;
 }
 

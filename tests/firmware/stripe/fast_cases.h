@@ -30,7 +30,7 @@ struct Analysed {
     PulseMap map;
     SweepSampling sampling;
     WindowCounts windows;
-    std::size_t frames_held = 0;
+    int most_frames = 0;
 };
 Analysed analyse(const FastSweep& sweep, const SpacetimeOptions& options);
 

@@ -23,9 +23,12 @@ using VF = hn::Vec<DF>;
 using MF = hn::Mask<DF>;
 
 constexpr int kMaxIterations = 16;
-constexpr int kFullSteps = 4;       // then half ones: what hops to and fro settles
-constexpr float kReach = 20.25f;    // squared widths from the middle beyond which a pulse is dark
-constexpr float kDecrease = 1e-3f;  // of the deviance by the last step: 0.03 of a sigma
+constexpr int kFullSteps = 4;     // then half ones: what hops to and fro settles
+constexpr float kReach = 20.25f;  // squared widths from the middle beyond which a pulse is dark
+// Greatest decrease of the deviance by the last step: 0.07 of a sigma for strong pulses, whose
+// next step would be far smaller, else 0.03.
+constexpr float kStrongDecrease = 5e-3f, kDecrease = 1e-3f;
+constexpr float kStrong = 10.0f;  // height over `least`, which is two standard deviations
 
 HWY_INLINE VF constant(float value) { return hn::Set(DF(), value); }
 
@@ -106,6 +109,9 @@ class WindowFit {
         // Found so far; lanes that have converged stay as they are.
         MF open = hn::Eq(constant(0.0f), constant(0.0f));
         Model found = model_;
+        const VF strong = hn::Mul(hn::LoadU(d, out.least + lane_), constant(kStrong));
+        const VF enough = hn::IfThenElse(hn::Gt(hn::LoadU(d, out.peak + lane_), strong),
+                                         constant(kStrongDecrease), constant(kDecrease));
         VF chi_square = constant(0), squares = chi_square, sigma = chi_square, spread = chi_square;
         for (int i = 0; i < kMaxIterations && !hn::AllFalse(d, open); ++i) {
             const Normal sums = accumulate();
@@ -117,8 +123,7 @@ class WindowFit {
             squares = hn::IfThenElse(open, sums.squares, squares);
             sigma = hn::IfThenElse(open, sigma_now, sigma);
             spread = hn::IfThenElse(open, spread_now, spread);
-            const MF good =
-                hn::And(hn::Ge(decrease, constant(0.0f)), hn::Le(decrease, constant(kDecrease)));
+            const MF good = hn::And(hn::Ge(decrease, constant(0.0f)), hn::Le(decrease, enough));
             open = hn::AndNot(good, open);
             model_ = found;
         }

@@ -45,15 +45,31 @@ class FastEngine final : public SpacetimeEngine {
         return {row, row + stride_, row + 2 * stride_, row + 3 * stride_, row + 4 * stride_};
     }
 
+    /// The windows of a row that closed in the frames from `begin` on.
+    struct Batch {
+        int y = 0, begin = 0;
+        std::vector<fast::Closed> windows;
+    };
+    static void take(const Batch& batch, fast::WindowBins& bins) {
+        for (const fast::Closed& window : batch.windows)
+            bins.take(batch.y, batch.begin + window.at, window);
+    }
+
     void advance_rows(int first, int last, int begin, int end) override {
         fast::WindowBins bins({frames_, noise_, options_}, begin, end, rows_);
-        std::vector<fast::Closed> closed;
+        // A batch's windows are gathered while memory fetches the next one's.
+        Batch last_batch, batch;
         for (int y = first; y < last; ++y)
             for (int k = begin; k < end; k += kBatch) {
-                closed.clear();
-                advance_row(y, k, std::min(end, k + kBatch), closed);
-                for (const fast::Closed& window : closed) bins.take(y, k + window.at, window);
+                batch.y = y;
+                batch.begin = k;
+                batch.windows.clear();
+                advance_row(y, k, std::min(end, k + kBatch), batch.windows);
+                bins.prefetch(y, k, batch.windows);
+                take(last_batch, bins);
+                std::swap(batch, last_batch);
             }
+        take(last_batch, bins);
         bins.flush();
     }
 

@@ -13,13 +13,20 @@ constexpr int kMaxLast = 256;  // of Closed::last
 // The kernel judges what is clearly on one side of a limit of the reference's; shares of the
 // limits.
 constexpr float kNarrowest = 0.55f;  // frame periods; the kernel's aperture is exact enough above
+// Heights in two standard deviations of the background: weaker pulses can be fitted in several
+// ways.
+constexpr float kStrong = 4.0f, kVeryStrong = 10.0f;
 constexpr float kClearlyAbove = 1.03f, kClearlyBelow = 0.97f;
+constexpr float kFarBelow = 0.7f;  // of heights: another solution may be narrower and higher
+
+TimeNs rounded(double ns) { return static_cast<TimeNs>(ns + (ns < 0 ? -0.5 : 0.5)); }
 
 enum class Verdict { pulse, none, ask_reference };
 
 /// What judging a window needs beyond its fit.
 struct Limits {
     float smallest;     ///< DN, of the height
+    float noticeable;   ///< chi-square per degree of freedom that one in thirty exceeds
     float significant;  ///< chi-square per degree of freedom
     float max_misfit;   ///< rms residual over amplitude
     float max_width;    ///< frame periods
@@ -48,17 +55,22 @@ float greatest_residual(const FitTask& fit, int lane) {
     return static_cast<float>(greatest);
 }
 
+/// No more misfit than the reference takes for noise without a second look.
 bool is_quiet(const FitTask& fit, int lane, const Limits& limits) {
     return chi_square_of(fit, lane, limits) < 0.998f * limits.significant;
 }
 
-/// True if the misfit of a strong pulse is what noise makes of one in some hundred, and the
-/// reference's fit, too, would leave it at a single one.
-bool is_noise(const FitTask& fit, int lane, const Limits& limits) {
+/// True if the reference's fit, too, would leave it at a single pulse: the misfit is what noise
+/// makes of one in some hundred strong pulses, and nothing is left over that may be another.
+bool is_single(const FitTask& fit, int lane, const Limits& limits) {
     const float chi_square = chi_square_of(fit, lane, limits);
-    return chi_square > 1.002f * limits.significant && chi_square < 2.0f * limits.significant &&
-           fit.height[lane] > 2.0f * limits.smallest &&
-           greatest_residual(fit, lane) < 0.45f * limits.smallest;
+    if (chi_square < limits.noticeable) return true;
+    const bool significant = chi_square > 1.002f * limits.significant;
+    if (significant && (chi_square > 1.5f * limits.significant ||
+                        fit.height[lane] < kVeryStrong * fit.least[lane]))
+        return false;
+    if (!significant && !is_quiet(fit, lane, limits)) return false;
+    return greatest_residual(fit, lane) < 0.45f * limits.smallest;
 }
 
 Verdict judge(const FitTask& fit, int lane, const Limits& limits) {
@@ -69,9 +81,9 @@ Verdict judge(const FitTask& fit, int lane, const Limits& limits) {
     if (clipped || fit.converged[lane] == 0 || !inside || !(width < 0.45f * limits.max_width) ||
         !(width > kNarrowest) || !(height > 0))
         return Verdict::ask_reference;
-    const bool quiet = is_quiet(fit, lane, limits);
-    if (quiet && height < kClearlyBelow * limits.smallest) return Verdict::none;
-    if (!quiet && !is_noise(fit, lane, limits)) return Verdict::ask_reference;
+    if (is_quiet(fit, lane, limits) && height < kFarBelow * limits.smallest) return Verdict::none;
+    if (height < kStrong * fit.least[lane] || !is_single(fit, lane, limits))
+        return Verdict::ask_reference;
     const float rms = std::sqrt(fit.squares[lane] / static_cast<float>(fit.length));
     const bool certain = height > kClearlyAbove * limits.smallest &&
                          fit.sigma[lane] < 0.8f * width && height > 4.0f * fit.height_sigma[lane] &&
@@ -127,6 +139,25 @@ void WindowBins::take(int y, int last_frame, const Closed& closed) {
     for (int i = 0; i < bin.length; ++i, sample += kLanes) *sample = frame[i][at];
     bin.windows[static_cast<std::size_t>(bin.count)] = window;
     if (++bin.count == kLanes) fit(bin);
+}
+
+void WindowBins::prefetch(int y, int begin, const std::vector<Closed>& windows) const {
+    const WindowLimits limits = {setting_.options.max_pulse_frames,
+                                 setting_.options.history_frames};
+    std::int32_t last_line = -1;
+    int last_at = -1;
+    for (const Closed& window : windows) {
+        const std::int32_t line = window.x / 64;
+        if (line == last_line && window.at == last_at) continue;
+        last_line = line;
+        last_at = window.at;
+        const std::size_t at =
+            static_cast<std::size_t>(y) * width_ + static_cast<std::size_t>(window.x);
+        const int end = begin + window.at + 1 - first_frame_;
+        const int length = window.last + 1 + 2 * margin_frames(window.last, limits);
+        for (int k = std::max(end - length, 0); k < end; ++k)
+            __builtin_prefetch(frames_[static_cast<std::size_t>(k)] + at);
+    }
 }
 
 void WindowBins::take_plainly(const PixelWindow& window) {
@@ -203,7 +234,9 @@ void WindowBins::settle(const PixelWindow& window, const PulseLevels& levels, co
     Limits limits;
     limits.smallest = levels.smallest;
     limits.degrees = std::max(task.length - 4, 1);
-    limits.significant = 1.0f + 3.0f * std::sqrt(2.0f / static_cast<float>(limits.degrees));
+    const float spread = std::sqrt(2.0f / static_cast<float>(limits.degrees));
+    limits.noticeable = 1.0f + 2.0f * spread;
+    limits.significant = 1.0f + 3.0f * spread;
     limits.max_misfit = static_cast<float>(options.max_misfit);
     limits.max_width = 2.0f * task.max_width;
     limits.first = task.x[0];
@@ -220,9 +253,8 @@ void WindowBins::settle(const PixelWindow& window, const PulseLevels& levels, co
     Pulse pulse;
     pulse.u = static_cast<float>(window.x);
     pulse.v = static_cast<float>(window.y);
-    pulse.t_ns =
-        middle + window.y * first.row_time_ns +
-        static_cast<TimeNs>(std::floor(static_cast<double>(task.position[lane]) * period + 0.5));
+    pulse.t_ns = middle + window.y * first.row_time_ns +
+                 rounded(static_cast<double>(task.position[lane]) * period);
     pulse.amplitude = task.amplitude[lane];
     pulse.width = static_cast<float>(task.width[lane] * period);
     pulse.background = task.level[lane];

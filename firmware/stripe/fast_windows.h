@@ -35,6 +35,8 @@ class WindowBins {
 
     /// A window of row y that closed with frame `last_frame`.
     void take(int y, int last_frame, const Closed& closed);
+    /// Asks memory for the samples of windows of row y that closed in a batch from `begin` on.
+    void prefetch(int y, int begin, const std::vector<Closed>& windows) const;
     void flush();
     /// Leaves a window to the reference's fit.
     void take_plainly(const PixelWindow& window);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
@@ -250,8 +251,8 @@ BENCHMARK(reference)->Unit(benchmark::kMillisecond)->Iterations(1);
 int main(int argc, char** argv) {
     cv::setNumThreads(1);
     // A scanner sweeps again and again: memory of one sweep serves the next.
-    mallopt(M_MMAP_THRESHOLD, 1 << 30);
-    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+    mallopt(M_MMAP_MAX, 0);
+    mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
     benchmark::Initialize(&argc, argv);
     stria::add_all();
     benchmark::RunSpecifiedBenchmarks();

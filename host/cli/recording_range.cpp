@@ -185,6 +185,17 @@ std::string paths_note(const RecordingContents& recording, const ScannerModel& m
     return "";
 }
 
+std::string fallback_note(const RangeImage& image) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < image.cell_count(); ++i)
+        count += image.mask[i] != 0 && (image.points[i].flags & kPulseSpatialFallback) != 0;
+    if (count == 0) return "";
+    return std::to_string(count) + " of " + std::to_string(valid_count(image)) +
+           " points are spatial peaks: no image path of 2 px or more over a pulse leads through "
+           "them "
+           "(near a table's axis, or outside the calibrated field)";
+}
+
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,
                      const std::string& name) {
     PulseMap map = pulses_of(recording, name, &model);

@@ -25,6 +25,9 @@ std::vector<PathTable> paths_for(const ScannerModel& model,
 /// Empty, or that the device followed the paths of another model than this one.
 std::string paths_note(const RecordingContents& recording, const ScannerModel& model);
 
+/// Empty, or how many points are spatial peaks because their image paths are too short to follow.
+std::string fallback_note(const RangeImage& image);
+
 /// Range image of a recorded sweep, with the model's clock delay applied and its hash noted.
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,
                      const std::string& name);

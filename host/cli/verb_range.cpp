@@ -68,6 +68,8 @@ class RangeVerb final : public Verb {
         }
         write_range_image(out, range.image);
         context.say(out + ": " + describe(range.statistics));
+        if (const std::string note = fallback_note(range.image); !note.empty())
+            context.say(out + ": " + note);
         const RangeStatistics& s = range.statistics;
         return JsonResult()
             .set("recording", recording)

@@ -71,6 +71,14 @@ TEST_P(OnTheDevice, PulsesAreByteForByteThoseOfTheRecordedFrames) {
     EXPECT_NE(paths_note(replayed, other).find("scan again"), std::string::npos);
 }
 
+TEST(FallbackNote, CountsSpatialPeaksAmongThePoints) {
+    RangeImage image = make_range_image(3, 1);
+    image.mask = {1, 1, 0};
+    EXPECT_EQ(fallback_note(image), "");
+    image.points[1].flags = image.points[2].flags = kPulseSpatialFallback;
+    EXPECT_EQ(fallback_note(image).find("1 of 2 points are spatial peaks"), 0U);
+}
+
 // There and back: the passes are two maps, of one grid but for a frame at an end, and neighbours of
 // the joined grid are neighbours on the part.
 TEST_P(OnTheDevice, BothDirectionsJoin) {

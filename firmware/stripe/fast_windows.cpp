@@ -13,15 +13,15 @@ constexpr int kMaxLast = 256;  // of Closed::last
 // The kernel judges what is clearly on one side of a limit of the reference's; shares of the
 // limits.
 constexpr float kNarrowest = 0.55f;  // frame periods; the kernel's aperture is exact enough above
+constexpr int kLongEnough = 16;      // samples of a window whose misfit can be called noise
 // Heights in two standard deviations of the background: weaker pulses can be fitted in several
 // ways.
 constexpr float kStrong = 4.0f, kVeryStrong = 10.0f;
 constexpr float kClearlyAbove = 1.03f, kClearlyBelow = 0.97f;
-constexpr float kFarBelow = 0.7f;  // of heights: another solution may be narrower and higher
 
 TimeNs rounded(double ns) { return static_cast<TimeNs>(ns + (ns < 0 ? -0.5 : 0.5)); }
 
-enum class Verdict { pulse, none, ask_reference };
+enum class Verdict { pulse, ask_reference };
 
 /// What judging a window needs beyond its fit.
 struct Limits {
@@ -66,13 +66,21 @@ bool is_single(const FitTask& fit, int lane, const Limits& limits) {
     const float chi_square = chi_square_of(fit, lane, limits);
     if (chi_square < limits.noticeable) return true;
     const bool significant = chi_square > 1.002f * limits.significant;
-    if (significant && (chi_square > 1.5f * limits.significant ||
-                        fit.height[lane] < kVeryStrong * fit.least[lane]))
+    if (significant &&
+        (chi_square > 1.5f * limits.significant ||
+         fit.height[lane] < kVeryStrong * fit.least[lane] || fit.length < kLongEnough))
         return false;
     if (!significant && !is_quiet(fit, lane, limits)) return false;
     return greatest_residual(fit, lane) < 0.45f * limits.smallest;
 }
 
+/// A weak pulse over black, where the noise's slope has a bend: a likely place for two solutions.
+bool is_dark(const FitTask& fit, int lane) {
+    return fit.level[lane] - fit.black < 0.5f * fit.least[lane] &&
+           fit.height[lane] < kVeryStrong * fit.least[lane];
+}
+
+/// Sure of a pulse, never of none: the reference may find a narrow one between the samples.
 Verdict judge(const FitTask& fit, int lane, const Limits& limits) {
     const float width = fit.width[lane], height = fit.height[lane];
     const float position = fit.position[lane];
@@ -81,8 +89,7 @@ Verdict judge(const FitTask& fit, int lane, const Limits& limits) {
     if (clipped || fit.converged[lane] == 0 || !inside || !(width < 0.45f * limits.max_width) ||
         !(width > kNarrowest) || !(height > 0))
         return Verdict::ask_reference;
-    if (is_quiet(fit, lane, limits) && height < kFarBelow * limits.smallest) return Verdict::none;
-    if (height < kStrong * fit.least[lane] || !is_single(fit, lane, limits))
+    if (height < kStrong * fit.least[lane] || is_dark(fit, lane) || !is_single(fit, lane, limits))
         return Verdict::ask_reference;
     const float rms = std::sqrt(fit.squares[lane] / static_cast<float>(fit.length));
     const bool certain = height > kClearlyAbove * limits.smallest &&
@@ -242,7 +249,6 @@ void WindowBins::settle(const PixelWindow& window, const PulseLevels& levels, co
     limits.first = task.x[0];
     limits.last = task.x[task.length - 1];
     const Verdict verdict = judge(task, lane, limits);
-    if (verdict == Verdict::none) return;
     if (verdict == Verdict::ask_reference) {
         ++row.windows.by_reference;
         fit_window(setting_.frames, window, setting_.noise, options, row.pulses);

@@ -75,7 +75,8 @@ HeadPose head_pose(const Channel& channel, double s) {
     return {world_from_camera, world_from_camera.inverse()};
 }
 
-Beam::Beam(const Scene& scene) : channel_(scene.channel) {
+Beam::Beam(const Scene& scene)
+    : channel_(scene.channel), profile_(scene.line, scene.channel.sheet.fan_rad) {
     const MirrorAxis& mirror = channel_.axis.mirror;
     mirror_along_ = mirror.direction.dot(mirror.normal0) * mirror.direction;
     mirror_cosine_ = mirror.normal0 - mirror_along_;
@@ -100,7 +101,8 @@ double Beam::rate(const SurfaceHit& hit, const Rigid3& world_from_camera,
     const double cos_incidence = normal.dot(to_light);
     if (cos_incidence <= 0 || hit.albedo + hit.specular <= 0) return 0;
     if (sheet.central_ray.dot(unfolded_in_camera - sheet.apex) <= 0) return 0;
-    const double share = fan_share(sheet, fan_angle(sheet, unfolded_in_camera));
+    const double phi = fan_angle(sheet, unfolded_in_camera);
+    const double share = fan_share(sheet, phi) * profile_.at(phi);
     if (share <= 0) return 0;
     const Eigen::Vector3d to_eye = (eye_in_world - hit.point).normalized();
     const double irradiance =
@@ -212,7 +214,8 @@ BeamRay Beam::ray(double s, double phi) const {
     BeamRay ray;
     ray.origin = world_from_camera * Eigen::Vector3d(sheet.apex + to_mirror * direction);
     ray.direction = (world_from_camera.rotation * direction).normalized();
-    ray.mw_per_rad = to_mirror > 0 ? laser_power_mw_ * fan_share(sheet, phi) / sheet.fan_rad : 0;
+    const double share = fan_share(sheet, phi) * profile_.at(phi);
+    ray.mw_per_rad = to_mirror > 0 ? laser_power_mw_ * share / sheet.fan_rad : 0;
     return ray;
 }
 

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "sim/line_profile.h"
 #include "sim/scene.h"
 #include "sim/scene_geometry.h"
 
@@ -70,6 +71,7 @@ class Beam {
                 const Eigen::Vector3d& apex_in_camera, double sigma_mm) const;
 
     Channel channel_;
+    LineProfile profile_;
     Eigen::Vector3d mirror_along_, mirror_cosine_, mirror_sine_;  ///< m(g) of the turning normal
     double middle_s_ = 0, half_travel_ = 0;
     double electrons_per_irradiance_ = 0;  ///< a second, for 1 mW/mm^2 on a white Lambert surface

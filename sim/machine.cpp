@@ -6,6 +6,7 @@
 
 #include "host/geometry/parallel.h"
 #include "sim/blooming.h"
+#include "sim/random.h"
 #include "sim/screen_speckle.h"
 #include "sim/sensor.h"
 
@@ -70,6 +71,25 @@ void Machine::add_exposures(TimeNs begin, TimeNs end, std::vector<Exposure>& out
     }
 }
 
+namespace {
+
+/// Shifts a frame along the axis.
+void move(Machine::Shot& shot, double by) {
+    shot.s_middle += by;
+    for (Exposure& exposure : shot.exposures) {
+        exposure.s_begin += by;
+        exposure.s_end += by;
+    }
+}
+
+}  // namespace
+
+double Machine::wobble_of(std::int64_t number) const {
+    if (scene.axis.wobble == 0) return 0;
+    return scene.axis.wobble * counter_random::normal(seed, counter_random::kAxisWobble,
+                                                      static_cast<std::uint64_t>(number));
+}
+
 Machine::Shot Machine::plan_shot(TimeNs true_start, std::int64_t number) const {
     Shot shot;
     shot.number = number;
@@ -81,6 +101,7 @@ Machine::Shot Machine::plan_shot(TimeNs true_start, std::int64_t number) const {
     const TimeNs row_ns = ns_from_us(scene.sensor.row_time_us);
     if (row_ns == 0) {
         add_exposures(true_start, true_start + exposure_ns, shot.exposures);
+        move(shot, wobble_of(number));
         return shot;
     }
     // Rolling shutter: the same number of exposures for every row, empty ones of no duration.
@@ -97,6 +118,7 @@ Machine::Shot Machine::plan_shot(TimeNs true_start, std::int64_t number) const {
         rows[y].resize(most, Exposure{s, s, 0});
         shot.exposures.insert(shot.exposures.end(), rows[y].begin(), rows[y].end());
     }
+    move(shot, wobble_of(number));
     return shot;
 }
 

@@ -66,6 +66,8 @@ struct Machine {
     double true_position(TimeNs time) const;
     TimeNs readout_ns() const;  ///< from the first row's exposure to the last one's
     Shot plan_shot(TimeNs true_start, std::int64_t number) const;
+    /// How far a frame's axis positions are off, all of them alike.
+    double wobble_of(std::int64_t number) const;
     /// Fills the pixels of a frame that has its size.
     void render(const Shot& shot, Frame& frame);
 

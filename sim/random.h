@@ -54,7 +54,8 @@ enum Stream : std::uint64_t {
     kDuplicatedFrames,
     kSpeckle,
     kSurfaceSpeckle,
-    kScreenSpeckle
+    kScreenSpeckle,
+    kAxisWobble
 };
 
 }  // namespace stria::counter_random

@@ -69,6 +69,16 @@ std::string validate_lens_and_flicker(const Scene& scene) {
     return "";
 }
 
+std::string validate_line(const SceneLine& line) {
+    if (!(line.ripple >= 0 && line.ripple <= 0.9))
+        return wrong("laser.ripple", line.ripple, "0 to 0.9");
+    if (!(line.ripple_rad >= 0.001 && line.ripple_rad <= 3))
+        return wrong("laser.ripple_rad", line.ripple_rad, "0.001 to 3");
+    if (!(line.falloff_rad == 0 || (line.falloff_rad >= 0.05 && line.falloff_rad <= 3)))
+        return wrong("laser.falloff_rad", line.falloff_rad, "0 or 0.05 to 3");
+    return "";
+}
+
 std::string validate_speckle(const Scene& scene) {
     const SceneSpeckle& speckle = scene.speckle;
     if (speckle.model == SpeckleModel::none) return "";
@@ -104,6 +114,7 @@ std::string validate_laser_and_axis(const Scene& scene) {
     if (!(scene.laser_power_mw >= 0))
         return wrong("laser.power_mw", scene.laser_power_mw, "0 or more");
     if (std::string why = validate_speckle(scene); !why.empty()) return why;
+    if (std::string why = validate_line(scene.line); !why.empty()) return why;
     const SceneAxis& axis = scene.axis;
     if (!(axis.min < axis.max)) return wrong("axis.min", axis.min, "below axis.max");
     if (!(std::isfinite(axis.min) && std::isfinite(axis.max)))
@@ -119,6 +130,8 @@ std::string validate_laser_and_axis(const Scene& scene) {
     if (!(axis.periodic_length > 0 && axis.periodic_length >= 4 * M_PI * axis.periodic_error))
         return wrong("axis.periodic_length", axis.periodic_length,
                      "above 0 and at least 4 pi periodic_error");
+    if (!(axis.wobble >= 0 && axis.wobble <= (axis.max - axis.min) / 10))
+        return wrong("axis.wobble", axis.wobble, "0 to a tenth of the travel");
     if (!(axis.lag_us >= 0 && axis.lag_us <= 1e5))
         return wrong("axis.lag_us", axis.lag_us, "0 to 1e5");
     if (!(std::abs(scene.channel.axis.delay_ns) < 1e8))

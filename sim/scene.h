@@ -49,6 +49,14 @@ struct SceneLens {
         0;  ///< share of light lost in the farthest corner, growing as r^2; 0..0.95
 };
 
+/// [laser]: how the power lies along the line; bow is the sheet's own. Even by default.
+struct SceneLine {
+    double ripple = 0;         ///< relative amplitude of waves along the line, 0..0.9
+    double ripple_rad = 0.05;  ///< their period in fan angle, 0.001..3
+    double falloff_rad = 0;    ///< standard deviation of a Gaussian fall towards the ends (cylinder
+                               ///< lens) in fan angle, 0.05..3; 0: none (Powell lens)
+};
+
 enum class SpeckleModel : std::uint8_t { none, surface, screen };
 inline constexpr std::array kSpeckleModels = {SpeckleModel::none, SpeckleModel::surface,
                                               SpeckleModel::screen};
@@ -89,6 +97,8 @@ struct SceneAxis {
     double periodic_error = 0;  ///< mm or rad; of a lead screw or an encoder, 0: none
     double periodic_length =
         1;              ///< mm or rad; at least 4 pi periodic_error, so that it never turns
+    double wobble = 0;  ///< mm or rad, 0 or more: standard deviation of the true position about the
+                        ///< logged one, drawn for each frame
     double lag_us = 0;  ///< of the drive behind its log (galvo), 0..1e5
 };
 
@@ -160,6 +170,7 @@ struct Scene {
     SceneLens lens;
     SceneReflection reflection;
     double laser_power_mw = 30;  ///< in the sheet, at power 1
+    SceneLine line;
     SceneSpeckle speckle;
     SceneAxis axis;
     std::vector<SceneObject> objects;

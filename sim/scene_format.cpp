@@ -110,7 +110,10 @@ void format_laser_and_axis(const Scene& scene, std::string& text) {
         .number("waist_at_mm", sheet.waist_at_mm)
         .number("fan_rad", sheet.fan_rad)
         .number("bow2", sheet.bow2)
-        .number("bow3", sheet.bow3);
+        .number("bow3", sheet.bow3)
+        .number("ripple", scene.line.ripple)
+        .number("ripple_rad", scene.line.ripple_rad)
+        .number("falloff_rad", scene.line.falloff_rad);
     TableText(text, "[laser.speckle]")
         .line("model", quoted(name_of(scene.speckle.model)))
         .number("contrast", scene.speckle.contrast)
@@ -135,6 +138,7 @@ void format_laser_and_axis(const Scene& scene, std::string& text) {
         .number("log_period_us", scene.axis.log_period_us)
         .number("periodic_error", scene.axis.periodic_error)
         .number("periodic_length", scene.axis.periodic_length)
+        .number("wobble", scene.axis.wobble)
         .number("lag_us", scene.axis.lag_us);
 }
 

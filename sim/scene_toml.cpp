@@ -152,6 +152,10 @@ void parse_laser(TomlTable table, Scene& scene) {
     sheet.bow2 = table.number("bow2", 0);
     sheet.bow3 = table.number("bow3", 0);
     scene.laser_power_mw = table.number("power_mw");
+    SceneLine& line = scene.line;
+    line.ripple = table.number("ripple", line.ripple);
+    line.ripple_rad = table.number("ripple_rad", line.ripple_rad);
+    line.falloff_rad = table.number("falloff_rad", line.falloff_rad);
     if (auto speckle = table.find_table("speckle"))
         scene.speckle = parse_speckle(std::move(*speckle));
     scene.channel.sheet = normalised(sheet);
@@ -191,6 +195,7 @@ void parse_axis(TomlTable table, Scene& scene) {
     scene.axis.log_period_us = table.number("log_period_us", SceneAxis{}.log_period_us);
     scene.axis.periodic_error = table.number("periodic_error", 0);
     scene.axis.periodic_length = table.number("periodic_length", SceneAxis{}.periodic_length);
+    scene.axis.wobble = table.number("wobble", 0);
     scene.axis.lag_us = table.number("lag_us", 0);
 }
 

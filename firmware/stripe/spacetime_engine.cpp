@@ -47,7 +47,9 @@ void tidy_row(std::vector<Pulse>& pulses, int most) {
         const auto begin = pulses.begin() + static_cast<std::ptrdiff_t>(cell);
         const auto end = pulses.begin() + static_cast<std::ptrdiff_t>(kept);
         const bool known = std::any_of(begin, end, [&](const Pulse& other) {
-            return std::abs(static_cast<double>(other.t_ns - pulse.t_ns)) < other.width;
+            // The narrower one's width: a pulse may stand on another surface's broad light.
+            return std::abs(static_cast<double>(other.t_ns - pulse.t_ns)) <
+                   std::min(other.width, pulse.width);
         });
         if (known || kept - cell >= static_cast<std::size_t>(most)) continue;
         const bool weak = kept > cell && pulse.amplitude < 0.5f * pulses[cell].amplitude;

@@ -6,17 +6,14 @@
 #include "host/core/errors.h"
 #include "host/geometry/parallel.h"
 #include "host/geometry/range_grid.h"
+#include "host/scan/judge_pulses.h"
 #include "host/scan/light_change.h"
 #include "host/scan/systematic.h"
 
 namespace stria {
 namespace {
 
-struct Candidate {
-    const Pulse* pulse = nullptr;
-    Triangulation hit;
-    double width_ratio = 1;  ///< measured over expected
-};
+using Candidate = PulseCandidate;
 
 /// Speed of the sheet (mm per unit of s, across itself) over the point that pulse and ray fix.
 double sheet_speed(const Channel& channel, const Triangulation& hit, double s) {
@@ -82,7 +79,7 @@ RangePoint make_point(const PulseMap& map, const Candidate& candidate, const Cha
     point.position = hit.point_in_scan;
     point.intensity = pulse.amplitude;
     point.s = pulse.s;
-    point.flags = pulse.flags;
+    point.flags = candidate.flags;
     Eigen::Vector3d direction = hit.ray_in_scan;
     double along_mm = 0;
     if (errs_in_time(map, pulse))
@@ -183,7 +180,8 @@ std::vector<std::vector<Candidate>> triangulate_all(const PulseMap& map, const S
                     continue;
                 }
                 const double width = expected_width(map, *channel, pulse, *hit);
-                found[i].push_back({&pulse, *hit, width > 0 ? pulse.width / width : 1.0});
+                found[i].push_back(
+                    {&pulse, *hit, width > 0 ? pulse.width / width : 1.0, pulse.flags});
             }
     });
     for (const RangeStatistics& part : parts) {
@@ -193,14 +191,37 @@ std::vector<std::vector<Candidate>> triangulate_all(const PulseMap& map, const S
     return found;
 }
 
-double median_width_ratio(const std::vector<std::vector<Candidate>>& found) {
-    std::vector<double> ratios;
+template <typename Get>
+double median_over(const std::vector<std::vector<Candidate>>& found, Get get) {
+    std::vector<double> values;
     for (const auto& cell : found)
-        for (const Candidate& candidate : cell) ratios.push_back(candidate.width_ratio);
-    if (ratios.empty()) return 1.0;
-    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-    std::nth_element(ratios.begin(), middle, ratios.end());
+        for (const Candidate& candidate : cell) values.push_back(get(candidate));
+    if (values.empty()) return 1.0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+/// Marks cells where two pulses run together (judge_pulses.h).
+std::vector<Merging> merging_cells(const std::vector<std::vector<Candidate>>& found,
+                                   const RangeOptions& options) {
+    constexpr double kTwoTogether = 2;  // times the widest; more is light scattered all about
+    constexpr double kWider = 1.1, kMisfit = 3;
+    const double misfit = kMisfit * std::max(1.0, median_over(found, [](const Candidate& c) {
+                                                 return static_cast<double>(c.pulse->chi_square);
+                                             }));
+    std::vector<Merging> merging(found.size(), Merging::no);
+    for (std::size_t i = 0; i < found.size(); ++i)
+        for (const Candidate& c : found[i]) {
+            const double ratio = c.width_ratio;
+            if (ratio > kTwoTogether * options.max_width_ratio || ratio < kWider) continue;
+            const bool unparted = found[i].size() == 1 && (c.flags & kPulseOverlapping) != 0;
+            if (ratio > options.max_width_ratio || unparted)
+                merging[i] = Merging::surely;
+            else if (merging[i] == Merging::no && static_cast<double>(c.pulse->chi_square) > misfit)
+                merging[i] = Merging::maybe;
+        }
+    return merging;
 }
 
 }  // namespace
@@ -217,22 +238,38 @@ RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
                         std::to_string(pulse.laser_id) + ", which this sweep used");
 
     auto found = triangulate_all(pulses, model, options, statistics);
-    const double usual = median_width_ratio(found);
+    const double usual = median_over(found, [](const Candidate& c) { return c.width_ratio; });
     RangeImage& image = result.image;
     image = make_range_image(pulses.width, pulses.height);
     std::vector<Eigen::Vector2f> pixels(image.cell_count(), Eigen::Vector2f::Zero());
     std::vector<const Channel*> channels(image.cell_count(), nullptr);
     double from = 1e300, to = -1e300;
     const Channel* channel = model.channels.empty() ? nullptr : &model.channels.front();
+    for (auto& cell : found)
+        for (Candidate& candidate : cell) candidate.width_ratio /= usual;
+    const std::vector<Merging> merging = merging_cells(found, options);
+    for (auto& cell : found) {
+        statistics.wrong_width += std::erase_if(cell, [&](const Candidate& candidate) {
+            return candidate.width_ratio < options.min_width_ratio ||
+                   candidate.width_ratio > options.max_width_ratio;
+        });
+        if (cell.size() > 1) ++statistics.cells_with_choice;
+    }
+    const bool cells_are_pixels =
+        channel && channel->axis.kind == MachineKind::swept && pulses.mode == StripeMode::spacetime;
+    if (cells_are_pixels) {
+        const JudgeCounts judged =
+            judge_swept_pulses(found, pulses.width, pulses.height, merging, model, pulses.camera_id,
+                               options.axis_sigma_s);
+        statistics.turned_away = judged.turned_away;
+        statistics.ambiguous = judged.ambiguous;
+        statistics.near_merging = judged.near_merging;
+    } else {
+        for (auto& cell : found) std::stable_sort(cell.begin(), cell.end(), better);
+    }
     for (std::size_t i = 0; i < found.size(); ++i) {
         auto& cell = found[i];
-        statistics.wrong_width += std::erase_if(cell, [&](const Candidate& candidate) {
-            const double ratio = candidate.width_ratio / usual;
-            return ratio < options.min_width_ratio || ratio > options.max_width_ratio;
-        });
         if (cell.empty()) continue;
-        if (cell.size() > 1) ++statistics.cells_with_choice;
-        std::stable_sort(cell.begin(), cell.end(), better);
         image.mask[i] = 1;
         channel = find_channel(model, pulses.camera_id, cell.front().pulse->laser_id);
         image.points[i] = make_point(pulses, cell.front(), *channel, options);

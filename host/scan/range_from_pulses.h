@@ -30,6 +30,9 @@ struct RangeStatistics {
     std::size_t outside_volume = 0;
     std::size_t wrong_width = 0;
     std::size_t cells_with_choice = 0;  ///< cells where more than one pulse was possible
+    std::size_t turned_away = 0;        ///< swept spacetime: pulses flagged as ghosts
+    std::size_t ambiguous = 0;          ///< swept spacetime: cells flagged, the choice open
+    std::size_t near_merging = 0;       ///< swept spacetime: cells flagged beside merging pulses
     std::size_t points = 0;             ///< cells with a point
     double median_sigma_mm = 0;
     double median_systematic_mm = 0;
@@ -41,8 +44,9 @@ struct RangeResult {
 };
 
 /// Range image of a sweep: every pulse's ray meets the sheet at its s (DESIGN, "One model for every
-/// scanner"). The pulses' s and ds_dt must be assigned. Of several possible pulses in a cell the
-/// one without warnings, then the strongest, becomes the point; the others become further returns.
+/// scanner"). The pulses' s and ds_dt must be assigned. Swept spacetime: ghosts are
+/// flagged and the point of a cell is chosen as judge_pulses.h says. Else the pulse without
+/// warnings, then the strongest, becomes the point. The others become further returns.
 /// sigma_mm is the pulse's own sigma carried through the geometry: along the camera ray for
 /// spacetime pulses, inside the sheet for spatial peaks. sigma_systematic_mm is the model's
 /// covariance carried through, the rigid motion common to all points removed.

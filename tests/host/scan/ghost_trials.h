@@ -1,0 +1,57 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "host/core/image.h"
+#include "host/scan/range_from_pulses.h"
+#include "sim/scene.h"
+
+/// Scans of scenes that throw light where it was not sent, from rendered frames with noise to a
+/// range image, each point held against the surface that its pixel looks at.
+namespace stria::test {
+
+/// A scanner before a V-groove whose crease runs along the stripe.
+/// @param degrees  between the faces
+Scene groove_scene(double degrees, double albedo, int width, int height);
+/// A plate with an upright mirror beside it that throws a second stripe on the plate.
+Scene mirror_scene(int width, int height);
+/// The built-in scene's sphere, plate and step on the same scanner: nothing reflected.
+Scene plain_scene(int width, int height);
+
+/// What became of each pixel whose surface camera and laser both see. Wrong: off along the ray by
+/// more than max(5 sigma, sigma_b / 2).
+struct GhostCount {
+    std::size_t lit = 0;            ///< pixels whose surface the laser reaches
+    std::size_t right = 0;          ///< of them: a point without warnings, not wrong
+    std::size_t flagged = 0;        ///< of all: points with a warning
+    std::size_t flagged_right = 0;  ///< of the lit pixels: not wrong, though with a warning
+    std::size_t wrong = 0;          ///< of all: points without warnings that are wrong
+    std::size_t points = 0;         ///< of all: points without warnings
+    std::size_t several = 0;        ///< cells with more than one pulse before the choice
+    /// Of the lit pixels: the right pulse chosen, with a warning or without.
+    double chosen_share() const {
+        return static_cast<double>(right + flagged_right) / static_cast<double>(lit);
+    }
+    /// Of the lit pixels: the right pulse chosen and no warning.
+    double right_share() const { return static_cast<double>(right) / static_cast<double>(lit); }
+};
+
+enum class GhostFate : std::uint8_t { dark, missing, right, flagged, wrong };
+
+struct GhostScan {
+    GhostCount count;
+    RangeStatistics statistics;
+    RangeResult range;
+    PulseMap pulses;
+    std::vector<GhostFate> fates;   ///< one a pixel, row-major
+    std::vector<double> errors_mm;  ///< along the ray; NaN without a point
+};
+
+/// @param seed  of the noise
+GhostScan scan_ghosts(const Scene& scene, unsigned seed, const RangeOptions& options = {});
+
+/// White: right, yellow: flagged, red: wrong, grey: missed, black: nothing lit.
+ColourImage picture_of(const GhostScan& scan);
+
+}  // namespace stria::test

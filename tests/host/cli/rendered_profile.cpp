@@ -151,8 +151,12 @@ struct Moment {
 
 void add_moments(const RecordingContents& sweep, const Placing& placing, LocatedProfile& told) {
     const Frame& first = sweep.frames.front();
-    const int pixels = first.width * first.height;
-    std::vector<Moment> over_time(static_cast<std::size_t>(pixels));
+    std::vector<Moment> over_time(static_cast<std::size_t>(first.width) *
+                                  static_cast<std::size_t>(first.height));
+    const auto pixel_at = [&](int u, int v) {
+        return static_cast<std::size_t>(v) * static_cast<std::size_t>(first.width) +
+               static_cast<std::size_t>(u);
+    };
     std::vector<std::pair<Moment, double>> rows;  // and the axis there
     for (const Frame& frame : sweep.frames) {
         const double s = placing.axis_at(frame);
@@ -162,7 +166,7 @@ void add_moments(const RecordingContents& sweep, const Placing& placing, Located
                 const int light = frame.sample(u, v);
                 told.greatest_dn = std::max(told.greatest_dn, light);
                 row.add(light, u);
-                over_time[static_cast<std::size_t>(v * frame.width + u)].add(light, s);
+                over_time[pixel_at(u, v)].add(light, s);
             }
             rows.emplace_back(row, s);
         }
@@ -177,12 +181,12 @@ void add_moments(const RecordingContents& sweep, const Placing& placing, Located
     }
     most = 0;
     for (const Moment& pixel : over_time) most = std::max(most, pixel.sum);
-    for (int i = 0; i < pixels; ++i) {
-        const Moment& pixel = over_time[static_cast<std::size_t>(i)];
-        if (pixel.sum > 0.02 * most)
-            placing.place(told.pixel_moments, i % first.width, i / first.width,
-                          pixel.first / pixel.sum);
-    }
+    for (int v = 0; v < first.height; ++v)
+        for (int u = 0; u < first.width; ++u) {
+            const Moment& pixel = over_time[pixel_at(u, v)];
+            if (pixel.sum > 0.02 * most)
+                placing.place(told.pixel_moments, u, v, pixel.first / pixel.sum);
+        }
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace stria {
 /// second pulse, widths below 0.55 frame periods, heights below 8 times the background's noise or
 /// near min_snr, sigmas and misfits near their limits, the sweep's ends. Of a pulse that the
 /// kernels judge, time differs from the reference's by at most 0.1 of its sigma and 0.002 frame
-/// periods, sigma and width by 5 %, amplitude by 0.2 of a sample's noise and 0.5 %, chi-square by 3
+/// periods, sigma and width by 5 %, amplitude by 0.2 of a sample's noise and 1.5 %, chi-square by 3
 /// %; the number of pulses and their flags are the same, but for the flag of a width that is at the
 /// limit of its ratio to the median.
 std::unique_ptr<SpacetimeEngine> make_fast_engine(int width, int height, const SensorNoise& noise,

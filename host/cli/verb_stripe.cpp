@@ -66,6 +66,9 @@ class StripeVerb final : public Verb {
                          "spacetime: FOOTPRINT,TARGET in px (standard deviations): sharpen what a "
                          "pixel sees across the stripe, against errors at edges of reflectance, at "
                          "the price of noise; 0.8,0.55 more than doubles it");
+        arguments.flag("--fast", fast_,
+                       "spacetime, images of 8 bits: the scanner's SIMD kernels; what they find is "
+                       "the same to a tenth of a sigma");
         arguments.flag("--any-colour", any_colour_,
                        "spatial: keep peaks of colour images that have not the laser's colour");
         arguments.option("--noise", noise_,
@@ -105,6 +108,8 @@ class StripeVerb final : public Verb {
             throw Error(
                 "--deconvolve: expected --mode spacetime; in one image it ties the noise of "
                 "neighbouring pixels together, and a peak's sigma would not be true");
+        if (fast_ && (mode_ == "spatial" || !deconvolve_.empty()))
+            throw Error("--fast: expected --mode spacetime without --deconvolve");
         if (mode_ == "spacetime" && !off_.empty())
             throw Error(
                 "--off: expected --mode spatial; over time every pixel's own background is fitted "
@@ -166,6 +171,9 @@ class StripeVerb final : public Verb {
         options.threads = thread_count();
         Progress progress(context, "pulses", images.size(), "images");
         Frame frame = images.load(0).frame;
+        if (fast_ && frame.bits > 8)
+            throw Error("--fast: expected images of 8 bits, found " + std::to_string(frame.bits));
+        options.fast = fast_;
         const std::optional<RowDeconvolver> sharpen = deconvolver(context, frame.bits);
         if (sharpen) options.min_amplitude_dn *= sharpen->scale();
         SpacetimeAnalyser analyser(frame.width, frame.height, sharpen ? 16 : frame.bits,
@@ -278,7 +286,7 @@ class StripeVerb final : public Verb {
     std::string mode_ = "spatial", method_ = "ml", out_, axis_ = "rows", times_, channel_ = "auto",
                 noise_, overlay_, deconvolve_;
     std::vector<std::string> off_;
-    bool any_colour_ = false;
+    bool any_colour_ = false, fast_ = false;
     double min_snr_ = 6.0, min_amplitude_ = 0.0, max_width_ = 12.0;
     int min_run_ = 5;
     SensorNoise noise_model_;

@@ -127,7 +127,7 @@ void require_close(const Sweep& sweep, const Pulse& a, const Pulse& b) {
     require(std::abs(time) <= 0.1 * a.sigma + 0.002 * sweep.period_ns, "time", a, b);
     require(std::abs(b.sigma / a.sigma - 1) <= 0.05, "sigma", a, b);
     require(std::abs(b.width / a.width - 1) <= 0.05, "width", a, b);
-    require(std::abs(a.amplitude - b.amplitude) <= 0.2 * noise + 0.005 * a.amplitude, "amplitude",
+    require(std::abs(a.amplitude - b.amplitude) <= 0.2 * noise + 0.015 * a.amplitude, "amplitude",
             a, b);
     require(std::abs(a.chi_square - b.chi_square) <= 0.03 * std::max(a.chi_square, 1.0f),
             "chi-square", a, b);

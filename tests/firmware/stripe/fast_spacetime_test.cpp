@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 #include "firmware/stripe/fast_kernels.h"
 #include "tests/firmware/stripe/fast_cases.h"
@@ -71,6 +73,50 @@ TEST(FastSpacetime, LeavesFewOfCleanPulsesToTheReference) {
     const Analysed fast = analyse(sweep, {.fast = true});
     EXPECT_GE(fast.map.pulses.size(), 3600u);
     EXPECT_LT(fast.windows.by_reference, fast.windows.all / 50);
+}
+
+/// Greatest mean error (frames) over 40 places within a frame, of pulses without noise. Dither of
+/// one DN before rounding takes the format's steps out of the mean of 300 pixels.
+double greatest_bias(double width_frames) {
+    constexpr int kPhases = 40, kColumns = 300, kFrames = 44;
+    std::mt19937_64 rng(7);
+    std::uniform_real_distribution<double> dither(0, 1);
+    const SensorNoise noise = {.gain_e_per_dn = 1e9, .read_noise_e = 0.29e9};
+    SpacetimeAnalyser analyser(kColumns, kPhases, 8, noise, {.fast = true});
+    for (int k = 0; k < kFrames; ++k) {
+        Frame frame;
+        resize(frame, kColumns, kPhases, 8);
+        frame.sequence = static_cast<std::uint32_t>(k);
+        frame.exposure_ns = 800'000;
+        frame.exposure_start_ns = k * kNsPerMs;
+        const double middle = static_cast<double>(frame.row_time(0)) * 1e-6;
+        for (int y = 0; y < kPhases; ++y) {
+            const TruePulse pulse{200, 22 + 1.0 * y / kPhases, width_frames, 20};
+            const double mean = expected_sample(pulse, middle, 0.4);
+            for (int x = 0; x < kColumns; ++x)
+                set_sample(frame, x, y, static_cast<int>(mean + dither(rng)));
+        }
+        analyser.add(std::move(frame));
+    }
+    const PulseMap map = analyser.finish();
+    EXPECT_EQ(map.pulses.size(), std::size_t{kPhases} * kColumns);
+    EXPECT_LT(analyser.windows().by_reference, analyser.windows().all / 20);
+    double greatest = 0;
+    for (int y = 0; y < kPhases; ++y) {
+        double sum = 0;
+        for (int x = 0; x < kColumns; ++x)
+            sum += static_cast<double>(map.cell(x, y)[0].t_ns) * 1e-6 - 22 - 1.0 * y / kPhases;
+        greatest = std::max(greatest, std::abs(sum / kColumns));
+    }
+    return greatest;
+}
+
+TEST(FastSpacetime, HasNoBiasWithoutNoise) {
+    for (const double width : {0.6, 0.8, 1.0, 1.5, 2.5}) {
+        const double bias = greatest_bias(width);
+        std::printf("width %.1f frames: greatest bias %.5f frames\n", width, bias);
+        EXPECT_LE(bias, 0.002) << width;  // frames
+    }
 }
 
 TEST(FastTemporalBound, IsReachedIn1000Trials) { expect_fast_reaches_bound(1000, {10, 30, 200}); }

@@ -86,7 +86,7 @@ Verdict judge(const FitTask& fit, int lane, const Limits& limits) {
     const float position = fit.position[lane];
     const bool clipped = fit.peak[lane] + fit.background[lane] >= 255.0f;
     const bool inside = position > limits.first + 1.0f && position < limits.last - 1.0f;
-    if (clipped || fit.converged[lane] == 0 || !inside || !(width < 0.45f * limits.max_width) ||
+    if (clipped || fit.converged[lane] == 0 || !inside || !(width < 0.3f * limits.max_width) ||
         !(width > kNarrowest) || !(height > 0))
         return Verdict::ask_reference;
     if (height < kStrong * fit.least[lane] || is_dark(fit, lane) || !is_single(fit, lane, limits))

@@ -1,6 +1,7 @@
 #include "host/cli/recording_range.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <span>
 
@@ -10,6 +11,7 @@
 #include "host/core/errors.h"
 #include "host/geometry/parallel.h"
 #include "host/io/model_io.h"
+#include "host/scan/merge_passes.h"
 #include "host/scan/path_table.h"
 
 namespace stria {
@@ -105,60 +107,51 @@ std::vector<PulseMap> analysed(const RecordingContents& recording, const std::st
     return maps;
 }
 
-/// A pass back on a grid of frames is read from its end, so that neighbours stay neighbours.
-bool is_mirrored(const PulseMap& map, bool grid_of_frames) {
-    return grid_of_frames && !map.pulses.empty() && map.pulses.front().ds_dt < 0;
+PassGrid grid_of(const RecordingContents& recording) {
+    return recording.snapshot.plan.mode == StripeMode::spatial ||
+                   recording.snapshot.device.kind != name_of(MachineKind::swept)
+               ? PassGrid::frames
+               : PassGrid::image;
 }
 
-/// The pulses of that cell; none beyond the frames of a pass that has fewer.
-std::span<const Pulse> cell_of(const PulseMap& map, int x, int y, bool mirrored) {
-    if (x >= map.width) return {};
-    return map.cell(mirrored ? map.width - 1 - x : x, y);
-}
-
-/// Passes of one grid, or on a grid of frames of one that differs by those at its ends.
-PulseMap joined(const std::vector<PulseMap>& maps, bool grid_of_frames, const std::string& name) {
-    if (maps.size() == 1) return maps.front();
-    PulseMap all = maps.front();
-    for (const PulseMap& map : maps) {
-        if (map.height != all.height || map.mode != all.mode ||
-            (map.width != all.width && !grid_of_frames))
-            throw Error(name + ": holds sweeps of different grids: " + std::to_string(all.width) +
-                        " x " + std::to_string(all.height) + " and " + std::to_string(map.width) +
-                        " x " + std::to_string(map.height));
-        all.width = std::max(all.width, map.width);
-        all.undersampled = all.undersampled || map.undersampled;
+/// The maps of the passes with their positions, which the device wrote, or which `delay_ns` asks
+/// for anew.
+std::vector<PulseMap> passes_with_positions(const RecordingContents& recording,
+                                            const std::string& name, const ScannerModel* model,
+                                            double delay_ns) {
+    const bool from_device = !recording.pulse_maps.empty();
+    std::vector<PulseMap> maps =
+        from_device ? recording.pulse_maps : analysed(recording, name, model);
+    for (PulseMap& map : maps) {
+        if (map.undersampled) refuse_undersampled(name);
+        if (delay_ns != 0) assign_axis_positions(map, recording.axis_log, delay_ns);
     }
-    all.pulses.clear();
-    all.cell_begin.assign(1, 0);
-    for (int y = 0; y < all.height; ++y)
-        for (int x = 0; x < all.width; ++x) {
-            std::vector<Pulse> cell;
-            for (const PulseMap& map : maps) {
-                const auto more = cell_of(map, x, y, is_mirrored(map, grid_of_frames));
-                cell.insert(cell.end(), more.begin(), more.end());
-            }
-            std::stable_sort(cell.begin(), cell.end(), [](const Pulse& a, const Pulse& b) {
-                return a.amplitude > b.amplitude;
-            });
-            if (cell.size() > kMaxPulsesPerCell) cell.resize(kMaxPulsesPerCell);
-            all.pulses.insert(all.pulses.end(), cell.begin(), cell.end());
-            all.cell_begin.push_back(static_cast<std::uint32_t>(all.pulses.size()));
-        }
-    return all;
+    return maps;
+}
+
+/// What two directions say of the clocks, applied where it matters and is certain.
+std::string correct_delay(std::vector<PulseMap>& passes) {
+    constexpr double kCertain = 5;  // standard deviations
+    const auto delay = clock_delay(passes);
+    if (!delay) return "";
+    const bool certain = std::abs(delay->delay_ns) > kCertain * delay->sigma_ns;
+    if (certain)
+        for (PulseMap& map : passes) apply_delay(map, delay->delay_ns);
+    char text[200];
+    std::snprintf(
+        text, sizeof text,
+        "two directions of the axis: clock delay %.2f us, standard deviation %.2f us, from "
+        "%zu cells: %s",
+        1e-3 * delay->delay_ns, 1e-3 * delay->sigma_ns, delay->cells,
+        certain ? "corrected; the calibration should know it" : "none to correct");
+    return text;
 }
 
 }  // namespace
 
 PulseMap pulses_of(const RecordingContents& recording, const std::string& name,
                    const ScannerModel* model) {
-    const bool grid_of_frames = recording.snapshot.plan.mode == StripeMode::spatial ||
-                                recording.snapshot.device.kind != name_of(MachineKind::swept);
-    PulseMap map = joined(
-        recording.pulse_maps.empty() ? analysed(recording, name, model) : recording.pulse_maps,
-        grid_of_frames, name);
-    if (map.undersampled) refuse_undersampled(name);
-    return map;
+    return merge_passes(passes_with_positions(recording, name, model, 0), grid_of(recording), name);
 }
 
 std::vector<PathTable> paths_for(const ScannerModel& model,
@@ -192,18 +185,19 @@ std::string fallback_note(const RangeImage& image) {
     if (count == 0) return "";
     return std::to_string(count) + " of " + std::to_string(valid_count(image)) +
            " points are spatial peaks: no image path of 2 px or more over a pulse leads through "
-           "them "
-           "(near a table's axis, or outside the calibrated field)";
+           "them (near a table's axis, or outside the calibrated field)";
 }
 
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,
                      const std::string& name) {
-    PulseMap map = pulses_of(recording, name, &model);
-    if (const double delay_ns = model.channels.empty() ? 0 : model.channels.front().axis.delay_ns;
-        delay_ns != 0)
-        assign_axis_positions(map, recording.axis_log, delay_ns);
-    RangeResult result =
-        range_from_pulses(map, model, {.axis_sigma_s = recording.axis_log.sigma_s});
+    const double delay_ns = model.channels.empty() ? 0 : model.channels.front().axis.delay_ns;
+    std::vector<PulseMap> passes = passes_with_positions(recording, name, &model, delay_ns);
+    const std::string delay_note = correct_delay(passes);
+    RangeResult result = range_from_pulses(merge_passes(passes, grid_of(recording), name), model,
+                                           {.axis_sigma_s = recording.axis_log.sigma_s});
+    if (!delay_note.empty()) result.notes.push_back(delay_note);
+    if (const std::string note = fallback_note(result.image); !note.empty())
+        result.notes.push_back(note);
     result.image.model_hash = model_hash(model);
     return result;
 }

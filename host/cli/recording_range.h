@@ -8,8 +8,7 @@ namespace stria {
 
 /// The sweep's pulses: those the device found, or where only frames were recorded, found here as
 /// the plan says; spacetime on a rail or turntable follows the image paths of `model`. Several maps
-/// of one grid (exposures, directions, lasers) are joined cell by cell, the strongest pulses kept;
-/// on a grid of frames a pass back is read from its end.
+/// of one grid (exposures, directions, lasers) are merged (host/scan/merge_passes.h).
 /// Throws stria::Error if there is neither, if the sweep was undersampled, or if paths are needed
 /// and no model is known.
 /// @param name   stands for the recording in errors
@@ -28,7 +27,8 @@ std::string paths_note(const RecordingContents& recording, const ScannerModel& m
 /// Empty, or how many points are spatial peaks because their image paths are too short to follow.
 std::string fallback_note(const RangeImage& image);
 
-/// Range image of a recorded sweep, with the model's clock delay applied and its hash noted.
+/// Range image of a recorded sweep, with the model's clock delay applied and its hash noted. Passes
+/// in two directions tell what delay is left: it is noted, and corrected where it is certain.
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,
                      const std::string& name);
 

@@ -68,8 +68,7 @@ class RangeVerb final : public Verb {
         }
         write_range_image(out, range.image);
         context.say(out + ": " + describe(range.statistics));
-        if (const std::string note = fallback_note(range.image); !note.empty())
-            context.say(out + ": " + note);
+        for (const std::string& note : range.notes) context.say(out + ": " + note);
         const RangeStatistics& s = range.statistics;
         return JsonResult()
             .set("recording", recording)

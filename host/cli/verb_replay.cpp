@@ -51,8 +51,7 @@ class ReplayVerb final : public Verb {
         const RangeResult result = range_of(contents, choice.model, file_);
         write_range_image(range, result.image);
         context.say(range + ": " + describe(result.statistics));
-        if (const std::string note = fallback_note(result.image); !note.empty())
-            context.say(range + ": " + note);
+        for (const std::string& note : result.notes) context.say(range + ": " + note);
         context.finish(JsonResult()
                            .set("recording", recording)
                            .set("range", range)

@@ -103,8 +103,7 @@ class ScanVerb final : public Verb {
             const RangeResult range = range_of(recording, model, folder.recording());
             write_range_image(folder.range(), range.image);
             context.say(folder.range() + ": " + describe(range.statistics));
-            if (const std::string note = fallback_note(range.image); !note.empty())
-                context.say(folder.range() + ": " + note);
+            for (const std::string& note : range.notes) context.say(folder.range() + ": " + note);
             result.set("range", folder.range())
                 .set("points", range.statistics.points)
                 .set("median_sigma_mm", range.statistics.median_sigma_mm);

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "firmware/core/pulse.h"
 #include "host/core/range_image.h"
@@ -41,6 +42,7 @@ struct RangeStatistics {
 struct RangeResult {
     RangeImage image;
     RangeStatistics statistics;
+    std::vector<std::string> notes;  ///< for people: what was noticed on the way
 };
 
 /// Range image of a sweep: every pulse's ray meets the sheet at its s (DESIGN, "One model for every

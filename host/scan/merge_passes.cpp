@@ -1,0 +1,194 @@
+#include "host/scan/merge_passes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "firmware/core/median.h"
+#include "host/core/errors.h"
+
+namespace stria {
+namespace {
+
+constexpr double kSamePlace = 4;  // standard deviations of the difference
+constexpr std::size_t kFewestCells = 100;
+constexpr double kMadToSigma = 1.4826;    // of a Gaussian
+constexpr double kMedianToMean = 1.2533;  // standard deviation of the median over the mean's
+
+/// Standard deviation of s from the fit of the pulse in time.
+double sigma_of_s(const Pulse& pulse) {
+    return static_cast<double>(pulse.sigma) * 1e-9 * std::abs(pulse.ds_dt);
+}
+
+/// Pulses of different passes that are one.
+struct Cluster {
+    Pulse best;
+    double weight = 0, weighted_s = 0;
+    std::vector<std::size_t> passes;
+
+    double s() const { return weighted_s / weight; }
+    double sigma() const { return 1 / std::sqrt(weight); }
+    bool holds(std::size_t pass) const {
+        return std::find(passes.begin(), passes.end(), pass) != passes.end();
+    }
+    void add(const Pulse& pulse, std::size_t pass) {
+        const double sigma = sigma_of_s(pulse);
+        weight += 1 / (sigma * sigma);
+        weighted_s += pulse.s / (sigma * sigma);
+        passes.push_back(pass);
+    }
+};
+
+struct Seen {
+    Pulse pulse;
+    std::size_t pass = 0;
+};
+
+bool same_pixel(const Pulse& a, const Pulse& b) {
+    return a.u == b.u && a.v == b.v && a.laser_id == b.laser_id;
+}
+
+bool can_merge(const Pulse& pulse) {
+    return sigma_of_s(pulse) > 0 && (pulse.flags & kPulseSpatialFallback) == 0;
+}
+
+/// The most precise first; then each joins the nearest cluster that lacks its pass.
+std::vector<Cluster> clusters_of(std::vector<Seen>& seen) {
+    std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) {
+        return sigma_of_s(a.pulse) < sigma_of_s(b.pulse);
+    });
+    std::vector<Cluster> clusters;
+    for (const auto& [pulse, pass] : seen) {
+        Cluster* nearest = nullptr;
+        double least = kSamePlace;
+        for (Cluster& cluster : clusters) {
+            if (cluster.holds(pass) || !same_pixel(cluster.best, pulse)) continue;
+            const double off =
+                std::abs(pulse.s - cluster.s()) / std::hypot(cluster.sigma(), sigma_of_s(pulse));
+            if (off > least) continue;
+            least = off;
+            nearest = &cluster;
+        }
+        if (!nearest) {
+            nearest = &clusters.emplace_back();
+            nearest->best = pulse;
+        }
+        nearest->add(pulse, pass);
+    }
+    return clusters;
+}
+
+std::vector<Pulse> merged(std::vector<Seen> seen) {
+    std::vector<Pulse> pulses;
+    std::vector<Seen> mergeable;
+    for (const Seen& one : seen)
+        if (can_merge(one.pulse))
+            mergeable.push_back(one);
+        else
+            pulses.push_back(one.pulse);
+    for (const Cluster& cluster : clusters_of(mergeable)) {
+        Pulse pulse = cluster.best;
+        if (cluster.passes.size() > 1) {
+            pulse.s = cluster.s();
+            pulse.sigma = static_cast<float>(cluster.sigma() / (1e-9 * std::abs(pulse.ds_dt)));
+        }
+        pulses.push_back(pulse);
+    }
+    return pulses;
+}
+
+/// An empty map of the passes' common grid, with their sums.
+PulseMap common_grid(std::span<const PulseMap> passes, PassGrid grid, const std::string& name) {
+    PulseMap all = passes.front();
+    for (const PulseMap& map : passes.subspan(1)) {
+        if (map.height != all.height || map.mode != all.mode ||
+            (map.width != all.width && grid == PassGrid::image))
+            throw Error(name + ": holds sweeps of different grids: " + std::to_string(all.width) +
+                        " x " + std::to_string(all.height) + " and " + std::to_string(map.width) +
+                        " x " + std::to_string(map.height));
+        all.width = std::max(all.width, map.width);
+        all.frames += map.frames;
+        all.frames_dropped += map.frames_dropped;
+        all.saturated_samples += map.saturated_samples;
+        all.undersampled = all.undersampled || map.undersampled;
+    }
+    all.pulses.clear();
+    all.cell_begin.assign(1, 0);
+    return all;
+}
+
+/// The pulses of a cell; none beyond the frames of a pass that has fewer.
+std::span<const Pulse> cell_of(const PulseMap& map, PassGrid grid, int x, int y) {
+    if (x >= map.width) return {};
+    const bool goes_back = !map.pulses.empty() && map.pulses.front().ds_dt < 0;
+    return map.cell(grid == PassGrid::frames && goes_back ? map.width - 1 - x : x, y);
+}
+
+/// The one unflagged pulse of a cell, if there is one.
+const Pulse* clean_pulse(const PulseMap& map, std::size_t cell) {
+    const std::uint32_t begin = map.cell_begin[cell];
+    if (map.cell_begin[cell + 1] != begin + 1) return nullptr;
+    const Pulse& pulse = map.pulses[begin];
+    return pulse.flags == 0 && sigma_of_s(pulse) > 0 ? &pulse : nullptr;
+}
+
+void gather_delays(const PulseMap& a, const PulseMap& b, std::vector<double>& delays_s) {
+    for (std::size_t cell = 0; cell + 1 < a.cell_begin.size(); ++cell) {
+        const Pulse* one = clean_pulse(a, cell);
+        const Pulse* other = clean_pulse(b, cell);
+        if (!one || !other || !same_pixel(*one, *other) || one->ds_dt * other->ds_dt >= 0) continue;
+        delays_s.push_back(-(one->s - other->s) / (one->ds_dt - other->ds_dt));
+    }
+}
+
+}  // namespace
+
+std::optional<ClockDelay> clock_delay(std::span<const PulseMap> passes) {
+    std::vector<double> delays_s;
+    for (std::size_t i = 0; i < passes.size(); ++i)
+        for (std::size_t k = i + 1; k < passes.size(); ++k)
+            if (passes[i].mode == StripeMode::spacetime && passes[k].mode == passes[i].mode &&
+                passes[i].cell_begin.size() == passes[k].cell_begin.size())
+                gather_delays(passes[i], passes[k], delays_s);
+    if (delays_s.size() < kFewestCells) return std::nullopt;
+    const double middle = median(delays_s);
+    std::vector<double> deviations;
+    for (const double delay : delays_s) deviations.push_back(std::abs(delay - middle));
+    ClockDelay result;
+    result.cells = delays_s.size();
+    result.delay_ns = 1e9 * middle;
+    result.sigma_ns = 1e9 * kMedianToMean * kMadToSigma * median(std::move(deviations)) /
+                      std::sqrt(static_cast<double>(result.cells));
+    return result;
+}
+
+void apply_delay(PulseMap& map, double delay_ns) {
+    for (Pulse& pulse : map.pulses) pulse.s += pulse.ds_dt * 1e-9 * delay_ns;
+}
+
+PulseMap merge_passes(std::span<const PulseMap> passes, PassGrid grid, const std::string& name) {
+    if (passes.size() == 1) return passes.front();
+    PulseMap all = common_grid(passes, grid, name);
+    for (int y = 0; y < all.height; ++y)
+        for (int x = 0; x < all.width; ++x) {
+            std::vector<Seen> seen;
+            for (std::size_t pass = 0; pass < passes.size(); ++pass)
+                for (const Pulse& pulse : cell_of(passes[pass], grid, x, y))
+                    seen.push_back({pulse, pass});
+            std::vector<Pulse> pulses;
+            if (grid == PassGrid::image)
+                pulses = merged(std::move(seen));
+            else
+                for (const Seen& one : seen) pulses.push_back(one.pulse);
+            std::stable_sort(pulses.begin(), pulses.end(), [](const Pulse& a, const Pulse& b) {
+                return a.amplitude > b.amplitude;
+            });
+            if (pulses.size() > kMaxPulsesPerCell) pulses.resize(kMaxPulsesPerCell);
+            all.pulses.insert(all.pulses.end(), pulses.begin(), pulses.end());
+            all.cell_begin.push_back(static_cast<std::uint32_t>(all.pulses.size()));
+        }
+    return all;
+}
+
+}  // namespace stria

@@ -1,0 +1,43 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <string>
+
+#include "firmware/core/pulse.h"
+
+namespace stria {
+
+/// How much later than its stamps the axis log is right, from passes in two directions: a pulse is
+/// then early in one of them and late in the other.
+struct ClockDelay {
+    double delay_ns = 0;  ///< true time = stamp + delay
+    double sigma_ns = 0;  ///< standard deviation, from the scatter of the cells
+    std::size_t cells = 0;
+};
+
+/// Delay that is left in the positions s of passes over the same grid: the median over the cells
+/// that hold one unflagged pulse in a pass of each direction. Empty with passes of one direction,
+/// or fewer than 100 such cells.
+std::optional<ClockDelay> clock_delay(std::span<const PulseMap> passes);
+
+/// Moves every s by what a further delay makes of it, to first order: s += ds/dt x delay.
+void apply_delay(PulseMap& map, double delay_ns);
+
+/// What the cells of a sweep's maps are.
+enum class PassGrid {
+    image,   ///< pixels: swept spacetime
+    frames,  ///< frame k, image row v: spatial peaks, and spacetime along paths
+};
+
+/// The passes of a sweep (exposures, directions, lasers) as one map, at most kMaxPulsesPerCell in a
+/// cell, the strongest. On the image's grid, pulses of one pixel and laser that differ by less than
+/// four of their standard deviations along the axis are one pulse, seen several times: its position
+/// is their mean weighted by 1 / sigma^2, which is the maximum of their joint likelihood (a clipped
+/// pulse weighs little, because clipping raised its sigma), its sigma that of the mean, all else of
+/// the most precise one. What differs stays apart. On a grid of frames the passes' frames have
+/// positions of their own: cells are joined, a pass back read from its end so that neighbours stay
+/// neighbours, and passes may differ by some frames. Needs s and ds_dt. Throws stria::Error naming
+/// `name` where grids or modes differ otherwise.
+PulseMap merge_passes(std::span<const PulseMap> passes, PassGrid grid, const std::string& name);
+
+}  // namespace stria

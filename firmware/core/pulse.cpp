@@ -31,6 +31,20 @@ bool is_valid(const PulseMap& map) {
     return true;
 }
 
+namespace {
+
+/// Mean speed while the pulse lasted, where the log holds both its sides: a single segment's slope
+/// has the noise of its two ends.
+double speed_during(const AxisLog& log, TimeNs time_ns, const Pulse& pulse, double otherwise) {
+    const TimeNs half_ns = std::llround(pulse.width);
+    const auto before = position_at(log, time_ns - half_ns);
+    const auto after = position_at(log, time_ns + half_ns);
+    if (half_ns < 1 || !before || !after) return otherwise;
+    return (after->s - before->s) / (2e-9 * static_cast<double>(half_ns));
+}
+
+}  // namespace
+
 std::size_t assign_axis_positions(PulseMap& map, const AxisLog& log, double delay_ns) {
     std::vector<Pulse> kept;
     kept.reserve(map.pulses.size());
@@ -41,10 +55,13 @@ std::size_t assign_axis_positions(PulseMap& map, const AxisLog& log, double dela
         map.cell_begin[i] = static_cast<std::uint32_t>(kept.size());
         for (std::uint32_t k = begin; k < end; ++k) {
             Pulse pulse = map.pulses[k];
-            const auto state = position_at(log, pulse.t_ns + std::llround(delay_ns));
+            const TimeNs time_ns = pulse.t_ns + std::llround(delay_ns);
+            const auto state = position_at(log, time_ns);
             if (!state) continue;
+            const bool in_time = map.mode == StripeMode::spacetime &&
+                                 (pulse.flags & kPulseSpatialFallback) == 0;  // width is ns
             pulse.s = state->s;
-            pulse.ds_dt = state->ds_dt;
+            pulse.ds_dt = in_time ? speed_during(log, time_ns, pulse, state->ds_dt) : state->ds_dt;
             kept.push_back(pulse);
         }
         begin = end;

@@ -71,7 +71,8 @@ struct PulseMap {
 bool is_valid(const PulseMap& map);
 
 /// Writes s and ds_dt of every pulse from the log, read at t_ns + delay_ns (true time = stamp +
-/// delay). Pulses outside the log's span are removed; returns how many.
+/// delay). ds_dt of a pulse in time is the mean over a standard deviation on either side of it.
+/// Pulses outside the log's span are removed; returns how many.
 std::size_t assign_axis_positions(PulseMap& map, const AxisLog& log, double delay_ns = 0);
 
 }  // namespace stria

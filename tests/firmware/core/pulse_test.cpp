@@ -81,6 +81,30 @@ TEST(PulseMap, AddsTheDelayToTheTime) {
     EXPECT_NEAR(map.cell(0, 1)[0].s, 0.005, 1e-12);         // 20 - 15 ns
 }
 
+TEST(PulseMap, SpeedIsThatOverThePulseNotOfOneSegment) {
+    // 1 per s, but for one position that is 0.05 too far.
+    AxisLog log;
+    for (int k = 0; k <= 20; ++k) log.samples.push_back({k * kNsPerSecond, double(k)});
+    log.samples[10].s += 0.05;
+    PulseMap map;
+    map.width = map.height = 1;
+    map.cell_begin = {0, 1};
+    map.pulses.resize(1);
+    map.pulses[0].t_ns = 21 * kNsPerSecond / 2;
+    map.pulses[0].width = 3e9f;
+    assign_axis_positions(map, log);
+    EXPECT_NEAR(map.pulses[0].ds_dt, 1.0, 1e-9);
+    EXPECT_NEAR(map.pulses[0].s, 10.525, 1e-9);
+    // Spatial peaks have a width in px, and too near the log's end there is no other side.
+    map.mode = StripeMode::spatial;
+    assign_axis_positions(map, log);
+    EXPECT_NEAR(map.pulses[0].ds_dt, 0.95, 1e-9);
+    map.mode = StripeMode::spacetime;
+    map.pulses[0].t_ns = 20 * kNsPerSecond;
+    assign_axis_positions(map, log);
+    EXPECT_NEAR(map.pulses[0].ds_dt, 1.0, 1e-9);
+}
+
 TEST(PulseMap, TakesAnEmptyMap) {
     PulseMap map;
     map.cell_begin = {0};

@@ -13,6 +13,7 @@
 #include <random>
 #include <vector>
 
+#include "firmware/core/median.h"
 #include "firmware/stripe/noise_estimate.h"
 #include "firmware/stripe/spacetime.h"
 #include "firmware/stripe/spatial.h"
@@ -174,12 +175,6 @@ std::vector<Eigen::Vector3d> triangulate_frame(const Stereo& stereo, const std::
                             homogeneous.at<double>(2, i) / w);
     }
     return points;
-}
-
-double median(std::vector<double> values) {
-    std::nth_element(values.begin(), values.begin() + static_cast<long>(values.size() / 2),
-                     values.end());
-    return values[values.size() / 2];
 }
 
 /// Least median of squares plane by 500 seeded triples, then least squares on the nearer points.

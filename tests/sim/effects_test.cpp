@@ -9,6 +9,7 @@
 #include "sim/lens.h"
 #include "sim/pixel_pattern.h"
 #include "sim/sensor.h"
+#include "tests/sim/plate_scene.h"
 #include "tests/sim/sim_sweep.h"
 
 namespace stria {
@@ -17,26 +18,14 @@ namespace {
 /// A plate square to a small camera 400 mm away, 16 bits without noise, even ambient light.
 Scene even_scene() {
     Scene scene = built_in_scene();
-    scene.channel.camera = {.kind = LensKind::pinhole,
-                            .width = 96,
-                            .height = 64,
-                            .fx = 290,
-                            .fy = 290,
-                            .cx = 47.5,
-                            .cy = 31.5};
+    scene.channel.camera = test::pinhole(96, 64, 290);
     scene.sensor.bits = 16;
     scene.sensor.gain_e_per_dn = 0.25;
     scene.sensor.full_well_e = 16000;
     scene.sensor.black_dn = 100;
     scene.sensor.noise = false;
     scene.ambient_level = 0.3;
-    SceneObject plate;
-    plate.name = "plate";
-    plate.shape = SceneShape::plane;
-    plate.size_mm = {600, 600};
-    plate.corner_mm = {-300, -300};
-    plate.world_from_object.translation = {0, 0, -400};
-    scene.objects = {plate};
+    scene.objects = {test::plate(400)};
     return scene;
 }
 

@@ -5,6 +5,7 @@
 #include "firmware/stripe/spatial.h"
 #include "host/core/laser_sheet.h"
 #include "tests/firmware/stripe/localisation.h"
+#include "tests/sim/plate_scene.h"
 #include "tests/sim/sim_sweep.h"
 
 // What a simulator must show before anything is claimed with it.
@@ -14,26 +15,14 @@ namespace {
 /// A plate square to a camera of 96 x 200 pixels, 400 mm away; 12 bits.
 Scene plate_scene() {
     Scene scene = built_in_scene();
-    scene.channel.camera = {.kind = LensKind::pinhole,
-                            .width = 96,
-                            .height = 200,
-                            .fx = 1150,
-                            .fy = 1150,
-                            .cx = 47.5,
-                            .cy = 99.5};
+    scene.channel.camera = test::pinhole(96, 200, 1150);
     scene.sensor.bits = 12;
     scene.sensor.gain_e_per_dn = 4;
     scene.sensor.full_well_e = 15000;
     scene.sensor.read_noise_e = 12;
     scene.sensor.black_dn = 100;
     scene.channel.sheet.bow2 = scene.channel.sheet.bow3 = 0;
-    SceneObject plate;
-    plate.name = "plate";
-    plate.shape = SceneShape::plane;
-    plate.size_mm = {600, 600};
-    plate.corner_mm = {-300, -300};
-    plate.world_from_object.translation = {0, 0, -400};
-    scene.objects = {plate};
+    scene.objects = {test::plate(400)};
     return scene;
 }
 

@@ -9,6 +9,7 @@
 #include "sim/random.h"
 #include "sim/screen_speckle.h"
 #include "sim/surface_speckle.h"
+#include "tests/sim/plate_scene.h"
 #include "tests/sim/sim_sweep.h"
 
 namespace stria {
@@ -17,13 +18,7 @@ namespace {
 /// A plate square to a small camera 400 mm away, 16 bits without noise; the laser's line is wide.
 Scene plate_scene() {
     Scene scene = built_in_scene();
-    scene.channel.camera = {.kind = LensKind::pinhole,
-                            .width = 128,
-                            .height = 96,
-                            .fx = 1150,
-                            .fy = 1150,
-                            .cx = 63.5,
-                            .cy = 47.5};
+    scene.channel.camera = test::pinhole(128, 96, 1150);
     scene.sensor.bits = 16;
     scene.sensor.gain_e_per_dn = 0.016;
     scene.sensor.full_well_e = 1040;
@@ -32,11 +27,7 @@ Scene plate_scene() {
     scene.ambient_level = 0;
     scene.channel.sheet.waist_sigma_mm = 4;
     scene.channel.sheet.bow2 = scene.channel.sheet.bow3 = 0;
-    SceneObject plate;
-    plate.name = "plate";
-    plate.shape = SceneShape::plane;
-    plate.size_mm = {600, 600};
-    plate.corner_mm = {-300, -300};
+    SceneObject plate = test::plate(400);
     plate.world_from_object = {rotation_from_vector({0, 0, 0.3}), {3, 2, -400}};
     scene.objects = {plate};
     return scene;

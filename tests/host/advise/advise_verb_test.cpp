@@ -13,6 +13,7 @@
 #include "sim/nominal_model.h"
 #include "sim/scene.h"
 #include "tests/host/io/temporary_folder.h"
+#include "tests/sim/plate_scene.h"
 
 namespace stria {
 namespace {
@@ -101,11 +102,7 @@ TEST(AdviseVerb, WritesAPlanThatReadsBack) {
 TEST(AdviseVerb, ItsPlanScansTheScene) {
     const TemporaryFolder folder;
     Scene scene = built_in_scene();
-    CameraModel& camera = scene.channel.camera;
-    camera.cx += 40 - camera.width / 2.0;
-    camera.cy += 30 - camera.height / 2.0;
-    camera.width = 80;
-    camera.height = 60;
+    test::crop_to_middle(scene.channel.camera, 80, 60);
     scene.objects = {scene.objects[1]};  // the plate behind, 450 mm away
     write_whole_file(folder / "scene.toml", format_scene(scene));
     ASSERT_EQ(advise({"--scene", folder / "scene.toml", "--distance", "450", "--depth", "40",

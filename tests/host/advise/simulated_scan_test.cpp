@@ -1,14 +1,15 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <vector>
 
+#include "firmware/core/median.h"
 #include "host/advise/design.h"
 #include "host/cli/recording_range.h"
 #include "host/local/local_scanner.h"
 #include "sim/scene.h"
+#include "tests/sim/plate_scene.h"
 #include "tests/support/synthetic_scanner.h"
 
 /// Advice against what the whole chain says of a simulated scan: simulator, device, stripe analysis
@@ -17,26 +18,11 @@
 namespace stria {
 namespace {
 
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 /// The built-in scanner, the middle of its image, before a plate that faces the camera.
 Scene plate_at(double depth_mm, double albedo) {
     Scene scene = built_in_scene();
-    CameraModel& camera = scene.channel.camera;
-    camera.cx += 80.5 - camera.width / 2.0;
-    camera.cy += 60.5 - camera.height / 2.0;
-    camera.width = 160;
-    camera.height = 120;
-    SceneObject plate;
-    plate.name = "plate";
-    plate.shape = SceneShape::plane;
-    plate.size_mm = {300, 300};
-    plate.corner_mm = -plate.size_mm / 2;
-    plate.world_from_object.translation = {0, 0, -depth_mm};
+    test::crop_to_middle(scene.channel.camera, 160, 120);
+    SceneObject plate = test::plate(depth_mm, 300);
     plate.albedo = albedo;
     scene.objects = {plate};
     return scene;

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <random>
 
+#include "firmware/core/median.h"
 #include "host/cli/recording_range.h"
 #include "host/geometry/range_grid.h"
 #include "host/local/local_scanner.h"
@@ -55,11 +56,6 @@ struct Figures {
     std::size_t points = 0, fallbacks = 0;
     double rms_mm = 0, mean_mm = 0, sigma_ratio = 0, worst_mm = 0;
 };
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
 
 template <typename Error>
 Figures judge(const RangeImage& image, int border_cells, const Error& error) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "calib/scanner_calibration.h"
+#include "firmware/core/median.h"
 #include "host/cli/calibration_views.h"
 #include "host/cli/recording_range.h"
 #include "host/geometry/align.h"
@@ -30,11 +31,6 @@ using test_support::MachineScenes;
 RecordingContents run_view(DeviceClient& device, const ScanPlan& plan, int view) {
     device.set_feature("SceneView", FeatureValue(std::int64_t{view}));
     return device.run(plan);
-}
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
 }
 
 class Machines : public testing::TestWithParam<MachineKind> {

@@ -10,6 +10,7 @@
 #include "host/cli/recording_range.h"
 #include "host/local/local_scanner.h"
 #include "sim/scene.h"
+#include "tests/sim/plate_scene.h"
 
 /// Sweeps of several passes through simulator, device and range image: exposures for surfaces of
 /// very different brightness, and both directions of the axis.
@@ -21,17 +22,9 @@ constexpr double kDepthMm = 450;
 /// The built-in scanner, the middle of its image, before a bright plate, right half a 60th of it.
 Scene two_tone() {
     Scene scene = built_in_scene();
-    CameraModel& camera = scene.channel.camera;
-    camera.cx += 80.5 - camera.width / 2.0;
-    camera.cy += 30.5 - camera.height / 2.0;
-    camera.width = 160;
-    camera.height = 60;
-    SceneObject plate;
-    plate.name = "bright";
-    plate.shape = SceneShape::plane;
+    test::crop_to_middle(scene.channel.camera, 160, 60);
+    SceneObject plate = test::plate(kDepthMm, 300);
     plate.size_mm = {150, 300};
-    plate.corner_mm = {-150, -150};
-    plate.world_from_object.translation = {0, 0, -kDepthMm};
     plate.albedo = 0.9;
     SceneObject dark = plate;
     dark.name = "dark";

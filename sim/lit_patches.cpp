@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/core/median.h"
 #include "host/geometry/parallel.h"
 
 namespace stria {
@@ -107,9 +108,8 @@ int pieces_a_side(const Beam& beam, const SceneGeometry& geometry, double low, d
         }
     int side = kFewest;
     if (widths.empty()) return side;
-    const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-    std::nth_element(widths.begin(), middle, widths.end());
-    while (side < kMost && (high - low) / side > kBeamWidths * *middle) side *= 2;
+    const double width = median(std::move(widths));
+    while (side < kMost && (high - low) / side > kBeamWidths * width) side *= 2;
     return side;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/core/median.h"
 #include "host/core/errors.h"
 #include "host/geometry/parallel.h"
 #include "host/geometry/range_grid.h"
@@ -104,10 +105,7 @@ double median_of(const RangeImage& image, Get get) {
     std::vector<double> values;
     for (std::size_t i = 0; i < image.cell_count(); ++i)
         if (image.mask[i]) values.push_back(get(image.points[i]));
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    return median(std::move(values));
 }
 
 /// Stations spread over the sweep, close enough for linear interpolation to hold.
@@ -196,10 +194,7 @@ double median_over(const std::vector<std::vector<Candidate>>& found, Get get) {
     std::vector<double> values;
     for (const auto& cell : found)
         for (const Candidate& candidate : cell) values.push_back(get(candidate));
-    if (values.empty()) return 1.0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    return median(std::move(values), 1.0);
 }
 
 /// Marks cells where two pulses run together (judge_pulses.h).

@@ -20,6 +20,12 @@ constexpr double kLooseMove = 1e-3;
 // Equal Gaussians nearer than so many widths have one maximum together: a light that a tilted
 // surface broadened looks the same.
 constexpr double kTwoMaxima = 2.0;
+// A pulse clipped so far that few samples of its flanks are left does not tell its height from its
+// width: the likelihood stays flat while the height runs away. Heights above so many full scales
+// are taken to be as improbable as a normal distribution of their logarithm says (a prior that is
+// flat below, so that no other pulse knows of it).
+constexpr double kUsualHeight = 8.0;
+constexpr double kLogHeightSpread = 1.0;
 
 /// Weight (minus the second derivative of the log likelihood by the model value) and slope (first
 /// derivative) of a saturated sample: log Q(z), z = (level - model) / s.
@@ -60,6 +66,7 @@ class Fitter {
         max_position_ = samples.x[static_cast<std::size_t>(samples.count - 1)] + margin;
         min_log_width_ = std::log(limits.min_width);
         max_log_width_ = std::log(limits.max_width);
+        usual_amplitude_ = kUsualHeight * full_scale;
         max_amplitude_ = 100.0 * full_scale;
     }
 
@@ -72,14 +79,14 @@ class Fitter {
         while (fit.iterations < kMaxIterations && !fit.converged) {
             ++fit.iterations;
             set_weights();
-            accumulate();
+            accumulate(p);
             hold_width_at_limit(p[kLogWidth]);
             fit.converged = !improve(p, damping);
         }
         fit.converged = fit.converged || last_decrease_ < kLooseDecrease ||
                         last_move_ < kLooseMove * std::exp(p[kLogWidth]);
         set_weights();
-        accumulate();
+        accumulate(p);
         hold_width_at_limit(p[kLogWidth]);
         report(p, fit);
         return fit;
@@ -144,7 +151,13 @@ class Fitter {
                            (samples_.interpolated ? samples_.variance_share[i] : 1.0);
     }
 
-    double objective(const Evaluation& at) const {
+    /// By how many of its standard deviations the logarithm of a height exceeds what is usual.
+    double excess(double amplitude) const {
+        if (amplitude <= usual_amplitude_) return 0;
+        return std::log(amplitude / usual_amplitude_) / kLogHeightSpread;
+    }
+
+    double objective(const Vector& p, const Evaluation& at) const {
         double sum = 0;
         for (int i = 0; i < samples_.count; ++i) {
             if (samples_.saturated[i]) {
@@ -154,10 +167,11 @@ class Fitter {
                 sum += r * r / variance_[i];
             }
         }
+        for (int k = 0; k < kPeaks; ++k) sum += excess(p[2 * k]) * excess(p[2 * k]);
         return sum;
     }
 
-    void accumulate() {
+    void accumulate(const Vector& p) {
         fisher_ = {};
         gradient_ = {};
         for (int i = 0; i < samples_.count; ++i) {
@@ -179,6 +193,13 @@ class Fitter {
                 for (int b = 0; b <= a; ++b) fisher_[a][b] += weight * j[a] * j[b];
             }
         }
+        for (int k = 0; k < kPeaks; ++k) {
+            const double over = excess(p[2 * k]);
+            if (over <= 0) continue;
+            const double slope = 1.0 / (kLogHeightSpread * p[2 * k]);
+            gradient_[2 * k] -= over * slope;
+            fisher_[2 * k][2 * k] += slope * slope;
+        }
     }
 
     /// Takes the width out of the equations where it would leave its limits.
@@ -193,7 +214,7 @@ class Fitter {
 
     /// One accepted step; false when the solution is reached or no step helps any more.
     bool improve(Vector& p, double& damping) {
-        const double before = objective(current_);
+        const double before = objective(p, current_);
         for (int attempt = 0; attempt < 8; ++attempt) {
             Matrix lower = fisher_;
             for (int a = 0; a < kSize; ++a) lower[a][a] *= 1.0 + damping;
@@ -208,7 +229,7 @@ class Fitter {
                                             p[kLogWidth] + 0.7);  // at most a factor of two
             clamp(trial_p);
             evaluate(trial_p, trial_);
-            if (objective(trial_) <= before + 1e-9 * std::abs(before)) {
+            if (objective(trial_p, trial_) <= before + 1e-9 * std::abs(before)) {
                 last_decrease_ = decrease;
                 last_move_ = 0;
                 for (int k = 0; k < kPeaks; ++k)
@@ -303,7 +324,8 @@ class Fitter {
     const FitSamples& samples_;
     const SensorNoise& noise_;
     double saturation_level_;
-    double min_position_, max_position_, min_log_width_, max_log_width_, max_amplitude_;
+    double min_position_, max_position_, min_log_width_, max_log_width_;
+    double usual_amplitude_, max_amplitude_;
     Evaluation current_, trial_;
     std::array<double, kMaxFitSamples> variance_;
     Matrix fisher_;

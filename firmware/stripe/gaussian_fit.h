@@ -53,7 +53,9 @@ struct GaussianFit {
 
 /// Maximum-likelihood fit: model A sqrt(2 pi) w / (2 h) [Phi((x+h-m)/w) - Phi((x-h-m)/w)] + b,
 /// noise as sample_variance() says at the model's value (Fisher scoring with Levenberg-Marquardt
-/// damping); a saturated sample contributes the probability of exceeding full scale.
+/// damping); a saturated sample contributes the probability of exceeding full scale. Heights above
+/// 8 full scales carry a weak prior (log-normal, a factor of e one standard deviation): the few
+/// samples left of such a pulse do not tell height from width.
 /// Needs more samples than parameters, else converged stays false.
 GaussianFit fit_one_gaussian(const FitSamples& samples, const SensorNoise& noise, double full_scale,
                              const FitStart& start);

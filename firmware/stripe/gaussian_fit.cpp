@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/stripe/fit_search.h"
 #include "firmware/stripe/gaussian_integral.h"
 
 namespace stria {
 namespace {
 
 constexpr int kMaxIterations = 50;
+// Then half ones: new weights after each step can make it hop to and fro about the solution.
+constexpr int kFullSteps = 15;
 constexpr double kNarrowAperture = 0.2;  // h / w below which the second order is exact to 4e-5
 // Predicted decrease of the deviance by a step, in squared sigmas, after which no more are needed
 // (the next step is far smaller), and with which a fit that used up its iterations is still good.
@@ -81,7 +84,7 @@ class Fitter {
             set_weights();
             accumulate(p);
             hold_width_at_limit(p[kLogWidth]);
-            fit.converged = !improve(p, damping);
+            fit.converged = !improve(p, damping, fit.iterations > kFullSteps ? 0.5 : 1.0);
         }
         fit.converged = fit.converged || last_decrease_ < kLooseDecrease ||
                         last_move_ < kLooseMove * std::exp(p[kLogWidth]);
@@ -212,8 +215,9 @@ class Fitter {
         fisher_[kLogWidth][kLogWidth] = 1;
     }
 
-    /// One accepted step; false when the solution is reached or no step helps any more.
-    bool improve(Vector& p, double& damping) {
+    /// One accepted step, or that share of it; false when the solution is reached or no step helps
+    /// any more.
+    bool improve(Vector& p, double& damping, double share) {
         const double before = objective(p, current_);
         for (int attempt = 0; attempt < 8; ++attempt) {
             Matrix lower = fisher_;
@@ -224,7 +228,7 @@ class Fitter {
             double decrease = 0;  // of the deviance, predicted: in units of sigma squared
             for (int a = 0; a < kSize; ++a) decrease += step[a] * gradient_[a];
             Vector trial_p = p;
-            for (int a = 0; a < kSize; ++a) trial_p[a] += step[a];
+            for (int a = 0; a < kSize; ++a) trial_p[a] += share * step[a];
             trial_p[kLogWidth] = std::clamp(trial_p[kLogWidth], p[kLogWidth] - 0.7,
                                             p[kLogWidth] + 0.7);  // at most a factor of two
             clamp(trial_p);
@@ -449,12 +453,26 @@ GaussianFit best_two(const FitSamples& samples, const SensorNoise& noise, double
     return alike.converged && alike.deviance < unequal.deviance ? alike : unequal;
 }
 
+/// The single pulse from `start`; where that leaves a doubt (no certain pulse, a significant
+/// misfit, a width at its limit), the more likely one of it and of what a search begins with.
+GaussianFit best_one(const FitSamples& samples, const SensorNoise& noise, double full_scale,
+                     const FitStart& start) {
+    GaussianFit one = fit_one_gaussian(samples, noise, full_scale, start);
+    one.converged = one.converged && is_certain(samples, one);
+    if (!start.search || (one.converged && !one.width_at_limit && !significant_misfit(one)))
+        return one;
+    const auto searched = search_start(samples, noise, full_scale, start);
+    if (!searched) return one;
+    const GaussianFit other = fit_one_gaussian(samples, noise, full_scale, *searched);
+    if (!other.converged || !is_certain(samples, other)) return one;
+    return !one.converged || other.deviance < one.deviance ? other : one;
+}
+
 }  // namespace
 
 GaussianFit fit_pulses(const FitSamples& samples, const SensorNoise& noise, double full_scale,
                        const FitStart& start, double min_amplitude) {
-    GaussianFit one = fit_one_gaussian(samples, noise, full_scale, start);
-    one.converged = one.converged && is_certain(samples, one);
+    GaussianFit one = best_one(samples, noise, full_scale, start);
     if (!one.converged || !significant_misfit(one)) return one;
     const Residual residual = greatest_residual(samples, one);
     if (residual.amplitude < 0.5 * min_amplitude) return one;

@@ -30,6 +30,7 @@ struct FitStart {
     double background = 0;
     double min_width = 0.3;
     double max_width = 12;
+    bool search = false;  ///< fit_pulses: where a fit leaves a doubt, also from search_start()
 };
 
 /// One or two Gaussian pulses of a common width over a constant background.

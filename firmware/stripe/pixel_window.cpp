@@ -56,6 +56,7 @@ FitStart start_of(const FitSamples& samples, double background, int max_pulse_fr
     start.position = 0.5 * (samples.x[low] + samples.x[high]);
     start.background = background;
     start.amplitude = samples.y[top] - background;
+    start.search = true;
     return start;
 }
 

@@ -113,6 +113,7 @@ int main(int argc, char** argv) {
     }
     const std::filesystem::path corpus = argv[1];
     stria::write_wire_seeds(corpus);
+    stria::write_sweep_seeds(corpus);
     stria::write_images(corpus / "fuzz_image");
     stria::write_models(corpus / "fuzz_model");
     stria::write_ranges(corpus / "fuzz_range_ply");

@@ -11,4 +11,7 @@ void write_seed(const std::filesystem::path& file, std::string_view bytes);
 /// other writers because protocol and scanner model each have a Channel.
 void write_wire_seeds(const std::filesystem::path& corpus);
 
+/// Those of fuzz_fast_spacetime.
+void write_sweep_seeds(const std::filesystem::path& corpus);
+
 }  // namespace stria

@@ -188,13 +188,27 @@ std::string fallback_note(const RangeImage& image) {
            "them (near a table's axis, or outside the calibrated field)";
 }
 
+std::string footprint_note(const RangeStatistics& statistics) {
+    const PixelFootprint& footprint = statistics.footprint;
+    if (!(footprint.sigma_px > 0)) return "";
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "points moved to the middle of their light: a pixel sees a Gaussian of %.3f px%s",
+                  footprint.sigma_px,
+                  footprint.sigma_of_sigma_px > 0 ? ", as the pulses show" : "");
+    return text;
+}
+
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,
-                     const std::string& name) {
+                     const std::string& name, RangeOptions options) {
     const double delay_ns = model.channels.empty() ? 0 : model.channels.front().axis.delay_ns;
     std::vector<PulseMap> passes = passes_with_positions(recording, name, &model, delay_ns);
     const std::string delay_note = correct_delay(passes);
-    RangeResult result = range_from_pulses(merge_passes(passes, grid_of(recording), name), model,
-                                           {.axis_sigma_s = recording.axis_log.sigma_s});
+    options.axis_sigma_s = recording.axis_log.sigma_s;
+    RangeResult result =
+        range_from_pulses(merge_passes(passes, grid_of(recording), name), model, options);
+    if (const std::string note = footprint_note(result.statistics); !note.empty())
+        result.notes.push_back(note);
     if (!delay_note.empty()) result.notes.push_back(delay_note);
     if (const std::string note = fallback_note(result.image); !note.empty())
         result.notes.push_back(note);

@@ -27,10 +27,14 @@ std::string paths_note(const RecordingContents& recording, const ScannerModel& m
 /// Empty, or how many points are spatial peaks because their image paths are too short to follow.
 std::string fallback_note(const RangeImage& image);
 
-/// Range image of a recorded sweep, with the model's clock delay applied and its hash noted. Passes
+/// Empty, or by which footprint points were moved to their centre of light.
+std::string footprint_note(const RangeStatistics& statistics);
+
+/// Range image of a recorded sweep, with the standard deviation of positions that its log states,
+/// with the model's clock delay applied and its hash noted. Passes
 /// in two directions tell what delay is left: it is noted, and corrected where it is certain.
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,
-                     const std::string& name);
+                     const std::string& name, RangeOptions options = {});
 
 /// Short hash of a model's text, 16 hexadecimal digits (FNV-1a): tells models apart, proves
 /// nothing.

@@ -1,6 +1,7 @@
 #include <filesystem>
 
 #include "host/cli/progress.h"
+#include "host/cli/quantity.h"
 #include "host/cli/recording_range.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
@@ -25,9 +26,14 @@ class RangeVerb final : public Verb {
                          "range PLY to write; without it range.ply beside each recording");
         arguments.choice("--frame", frame_, {"scan", "profiler"},
                          "scan frame, or a profiler's: X along the stripe, Y travel, Z height");
+        arguments.option("--footprint", footprint_,
+                         "standard deviation of what a pixel sees, px, 0.2 to 3, by which points "
+                         "go to the middle of the light that timed them (swept spacetime); auto: "
+                         "as the pulses' texture shows it; none: points stay on their pixel's ray");
     }
 
     int run(const Context& context) override {
+        const RangeOptions options = range_options();
         const ScannerModel model = read_scanner(model_);
         std::vector<std::string> recordings;
         for (const ScanSource& scan : resolve_scans(scans_)) {
@@ -45,7 +51,7 @@ class RangeVerb final : public Verb {
                 !out_.empty()
                     ? out_
                     : (std::filesystem::path(recording).parent_path() / "range.ply").string();
-            results.push_back(convert(context, recording, model, out));
+            results.push_back(convert(context, recording, model, out, options));
             progress.update(results.size());
         }
         context.finish(JsonResult().set("scans", results));
@@ -54,13 +60,14 @@ class RangeVerb final : public Verb {
 
   private:
     JsonResult convert(const Context& context, const std::string& recording,
-                       const ScannerModel& model, const std::string& out) const {
+                       const ScannerModel& model, const std::string& out,
+                       const RangeOptions& options) const {
         context.check_output(out);
         const RecordingContents contents = load_recording(recording);
         for (const std::string& note : contents.notes) context.say(recording + ": " + note);
         if (const std::string note = paths_note(contents, model); !note.empty())
             context.say(recording + ": " + note);
-        RangeResult range = range_of(contents, model, recording);
+        RangeResult range = range_of(contents, model, recording, options);
         if (frame_ == "profiler") {
             const Channel& channel = model.channels.front();
             const double middle = 0.5 * (contents.snapshot.plan.from + contents.snapshot.plan.to);
@@ -78,11 +85,23 @@ class RangeVerb final : public Verb {
             .set("outside_volume", s.outside_volume)
             .set("wrong_width", s.wrong_width)
             .set("median_sigma_mm", s.median_sigma_mm)
-            .set("median_systematic_mm", s.median_systematic_mm);
+            .set("median_systematic_mm", s.median_systematic_mm)
+            .set("footprint_px", s.footprint.sigma_px);
+    }
+
+    RangeOptions range_options() const {
+        RangeOptions options;
+        if (footprint_ == "none") options.footprint_px = 0;
+        if (footprint_ == "none" || footprint_ == "auto") return options;
+        const double px = parse_quantity("--footprint", footprint_, Quantity::number);
+        if (!(px >= 0.2 && px <= 3))
+            throw Error("--footprint: expected auto, none or 0.2 to 3 px, found " + footprint_);
+        options.footprint_px = px;
+        return options;
     }
 
     std::vector<std::string> scans_;
-    std::string model_, out_, frame_ = "scan";
+    std::string model_, out_, frame_ = "scan", footprint_ = "auto";
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "host/scan/range_from_pulses.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "firmware/core/median.h"
@@ -72,8 +73,10 @@ bool better(const Candidate& a, const Candidate& b) {
     return a.pulse->amplitude > b.pulse->amplitude;
 }
 
+/// @param pixel_sigma  of where in its pixel the light came from
 RangePoint make_point(const PulseMap& map, const Candidate& candidate, const Channel& channel,
-                      const RangeOptions& options) {
+                      const RangeOptions& options,
+                      const Eigen::Vector2f& pixel_sigma = Eigen::Vector2f::Zero()) {
     const Pulse& pulse = *candidate.pulse;
     const Triangulation& hit = candidate.hit;
     RangePoint point;
@@ -92,11 +95,18 @@ RangePoint make_point(const PulseMap& map, const Candidate& candidate, const Cha
         along_mm = hit.d_point_d_u.norm() * pulse.sigma;
     }
     // A wrong s moves the point by itself, whatever was measured in the images.
-    const Eigen::Vector3d by_axis = hit.d_point_d_s * options.axis_sigma_s;
-    const double axis_along = by_axis.dot(direction);
-    point.sigma_across_mm = static_cast<float>((by_axis - axis_along * direction).norm());
+    const std::array<Eigen::Vector3d, 3> moves{hit.d_point_d_s * options.axis_sigma_s,
+                                               hit.d_point_d_u * double{pixel_sigma.x()},
+                                               hit.d_point_d_v * double{pixel_sigma.y()}};
+    double along = along_mm * along_mm, across = 0;
+    for (const Eigen::Vector3d& move : moves) {
+        const double part = move.dot(direction);
+        along += part * part;
+        across += (move - part * direction).squaredNorm();
+    }
+    point.sigma_across_mm = static_cast<float>(std::sqrt(across));
     point.error_direction = direction.cast<float>();
-    point.sigma_mm = static_cast<float>(std::hypot(along_mm, axis_along));
+    point.sigma_mm = static_cast<float>(std::sqrt(along));
     return point;
 }
 
@@ -219,6 +229,37 @@ std::vector<Merging> merging_cells(const std::vector<std::vector<Candidate>>& fo
     return merging;
 }
 
+/// Moves the chosen candidate of every cell to its centre of light; returns the centres, none where
+/// the footprint is neither given nor to be seen.
+std::vector<CentreOfLight> move_to_centres_of_light(std::vector<std::vector<Candidate>>& found,
+                                                    const PulseMap& pulses,
+                                                    const ScannerModel& model,
+                                                    const RangeOptions& options,
+                                                    PixelFootprint& footprint) {
+    std::vector<const Pulse*> chosen(found.size(), nullptr);
+    for (std::size_t i = 0; i < found.size(); ++i)
+        if (!found[i].empty()) chosen[i] = found[i].front().pulse;
+    footprint =
+        options.footprint_px
+            ? PixelFootprint{*options.footprint_px, 0}
+            : estimate_footprint(chosen, pulses.width, pulses.height).value_or(PixelFootprint{});
+    if (!(footprint.sigma_px > 0)) return {};
+    auto centres = centres_of_light(chosen, pulses.width, pulses.height, footprint.sigma_px);
+    parallel_for_blocks(found.size(), 8192, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            if (!chosen[i]) continue;
+            const Pulse& pulse = *chosen[i];
+            const Channel* channel = find_channel(model, pulses.camera_id, pulse.laser_id);
+            const Eigen::Vector2f pixel = Eigen::Vector2f(pulse.u, pulse.v) + centres[i].shift_px;
+            if (const auto hit = triangulate(*channel, pixel.cast<double>(), pulse.s))
+                found[i].front().hit = *hit;
+            else
+                centres[i] = {};
+        }
+    });
+    return centres;
+}
+
 }  // namespace
 
 RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
@@ -262,13 +303,17 @@ RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
     } else {
         for (auto& cell : found) std::stable_sort(cell.begin(), cell.end(), better);
     }
+    std::vector<CentreOfLight> centres;
+    if (cells_are_pixels)
+        centres = move_to_centres_of_light(found, pulses, model, options, statistics.footprint);
     for (std::size_t i = 0; i < found.size(); ++i) {
         auto& cell = found[i];
         if (cell.empty()) continue;
+        const CentreOfLight centre = centres.empty() ? CentreOfLight{} : centres[i];
         image.mask[i] = 1;
         channel = find_channel(model, pulses.camera_id, cell.front().pulse->laser_id);
-        image.points[i] = make_point(pulses, cell.front(), *channel, options);
-        pixels[i] = {cell.front().pulse->u, cell.front().pulse->v};
+        image.points[i] = make_point(pulses, cell.front(), *channel, options, centre.sigma_px);
+        pixels[i] = Eigen::Vector2f(cell.front().pulse->u, cell.front().pulse->v) + centre.shift_px;
         channels[i] = channel;
         from = std::min(from, cell.front().pulse->s);
         to = std::max(to, cell.front().pulse->s);

@@ -1,11 +1,13 @@
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "firmware/core/pulse.h"
 #include "host/core/range_image.h"
 #include "host/core/scanner_model.h"
+#include "host/scan/centre_of_light.h"
 
 namespace stria {
 
@@ -20,6 +22,10 @@ struct RangeOptions {
     double max_width_ratio = 1.4;
     /// Points outside the model's valid volume are rejected where the model states one.
     bool keep_outside_volume = false;
+    /// Swept spacetime: standard deviation of what a pixel sees, px, by which points are moved to
+    /// the middle of the light that timed them (centre_of_light.h); 0: they stay on their pixel's
+    /// ray. Not set: as the pulses themselves show it, none if they do not.
+    std::optional<double> footprint_px = std::nullopt;
     /// Leading calibration errors kept for each point.
     int sensitivity_count = 4;
 };
@@ -35,6 +41,7 @@ struct RangeStatistics {
     std::size_t ambiguous = 0;          ///< swept spacetime: cells flagged, the choice open
     std::size_t near_merging = 0;       ///< swept spacetime: cells flagged beside merging pulses
     std::size_t points = 0;             ///< cells with a point
+    PixelFootprint footprint;           ///< that points were moved by; 0: none
     double median_sigma_mm = 0;
     double median_systematic_mm = 0;
 };
@@ -50,7 +57,8 @@ struct RangeResult {
 /// flagged and the point of a cell is chosen as judge_pulses.h says. Else the pulse without
 /// warnings, then the strongest, becomes the point. The others become further returns.
 /// sigma_mm is the pulse's own sigma carried through the geometry: along the camera ray for
-/// spacetime pulses, inside the sheet for spatial peaks. sigma_systematic_mm is the model's
+/// spacetime pulses, inside the sheet for spatial peaks. Points of swept spacetime are moved inside
+/// the sheet to their centre of light. sigma_systematic_mm is the model's
 /// covariance carried through, the rigid motion common to all points removed.
 /// Throws stria::Error if the model has no channel for the map's camera and laser.
 RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,

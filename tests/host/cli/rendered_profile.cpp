@@ -8,6 +8,7 @@
 #include "firmware/stripe/spacetime.h"
 #include "firmware/stripe/spatial.h"
 #include "host/local/local_scanner.h"
+#include "host/scan/centre_of_light.h"
 
 namespace stria::test_support {
 namespace {
@@ -249,9 +250,21 @@ LocatedProfile located(const RenderedProfile& profile, int most_a_row) {
     }
     PulseMap map = spacetime.finish();
     assign_axis_positions(map, sweep.axis_log);
+    std::vector<const Pulse*> chosen(map.cell_begin.size() - 1, nullptr);
+    for (std::size_t i = 0; i < chosen.size(); ++i)
+        if (map.cell_begin[i] < map.cell_begin[i + 1]) chosen[i] = &map.pulses[map.cell_begin[i]];
+    const double psf_px = profile.scene.lens.psf_sigma_px;
+    const auto centres =
+        centres_of_light(chosen, map.width, map.height, std::sqrt(1.0 / 12 + psf_px * psf_px));
     for (const Pulse& pulse : map.pulses)
         if ((pulse.flags & (kPulseTouchesSequenceEnd | kPulseOverlapping)) == 0)
             placing.place(told.pulses, pulse.u, pulse.v, pulse.s);
+    for (std::size_t i = 0; i < chosen.size(); ++i)
+        if (const Pulse* pulse = chosen[i];
+            pulse && (pulse->flags & (kPulseTouchesSequenceEnd | kPulseOverlapping)) == 0) {
+            const Eigen::Vector2f at = Eigen::Vector2f(pulse->u, pulse->v) + centres[i].shift_px;
+            placing.place(told.centred, at.x(), at.y(), pulse->s);
+        }
     return told;
 }
 

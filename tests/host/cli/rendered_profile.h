@@ -46,10 +46,11 @@ struct LocatedProfile {
     std::vector<ProfilePoint> peaks;          ///< find_peaks, centre of gravity
     std::vector<ProfilePoint> pixel_moments;  ///< centre of gravity of whole pixels over time
     std::vector<ProfilePoint> pulses;         ///< spacetime, maximum likelihood
+    std::vector<ProfilePoint> centred;        ///< those, moved to their centres of light
     int greatest_dn = 0;                      ///< of 65535
 };
 
-/// Renders the sweep and analyses it all four ways. @param most_a_row  peaks
+/// Renders the sweep and analyses it all five ways. @param most_a_row  peaks
 LocatedProfile located(const RenderedProfile& profile, int most_a_row = 1);
 
 /// Greatest height error within that distance from X = 0, over sigma_b.

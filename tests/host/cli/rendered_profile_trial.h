@@ -20,15 +20,19 @@ inline void expect_card_within_theory(double contrast, double beam_mm, double ps
     const double peaks = greatest_error(card, at.peaks, within);
     const double moments = greatest_error(card, at.pixel_moments, within);
     const double pulses = greatest_error(card, at.pulses, within);
+    const double centred = greatest_error(card, at.centred, within);
     std::printf(
-        "%4.0f:1 %6.3f | spatial %.3f mm (peaks %.3f) | moments %.4f, ml %.4f mm | over spatial "
-        "%.3f, %.3f | %.1f %% less\n",
+        "%4.0f:1 %6.3f | spatial %.3f mm (peaks %.3f) | moments %.4f, ml %.4f, centred %.4f mm | "
+        "over spatial %.3f, %.3f, %.3f | %.1f, %.1f %% less\n",
         contrast, ratio, spatial * card.beam_mm, peaks * card.beam_mm, moments * card.beam_mm,
-        pulses * card.beam_mm, moments / spatial, pulses / spatial, 100 * (1 - pulses / spatial));
+        pulses * card.beam_mm, centred * card.beam_mm, moments / spatial, pulses / spatial,
+        centred / spatial, 100 * (1 - pulses / spatial), 100 * (1 - centred / spatial));
     EXPECT_LE(moments / spatial, 1.15 * ratio);
     EXPECT_LE(pulses / spatial, 1.15 * ratio);
+    EXPECT_LE(centred, 0.6 * pulses);
     if (ratio < 0.1305) {
         EXPECT_LE(pulses, 0.15 * spatial);
+        EXPECT_LE(centred, 0.1 * spatial);
     }
 }
 
@@ -46,9 +50,12 @@ inline void expect_corner_by_the_footprint(double degrees, bool roof, double rat
     const double spatial = greatest_error(corner, at.row_moments, within);
     const double peaks = greatest_error(corner, at.peaks, within);
     const double pulses = greatest_error(corner, at.pulses, within);
-    std::printf("%-6s %3.0f %5.2f | rows %.3f (theory %.3f), peaks %.3f | ml %.3f | %.0f %% less\n",
-                roof ? "roof" : "valley", degrees, ratio, spatial, tip_error(degrees), peaks,
-                pulses, 100 * (1 - pulses / peaks));
+    const double centred = greatest_error(corner, at.centred, within);
+    std::printf(
+        "%-6s %3.0f %5.2f | rows %.3f (theory %.3f), peaks %.3f | ml %.3f, centred %.3f | %.0f %% "
+        "less\n",
+        roof ? "roof" : "valley", degrees, ratio, spatial, tip_error(degrees), peaks, pulses,
+        centred, 100 * (1 - pulses / peaks));
     // Beam and lines of sight are not parallel over the stripe, and frames 0.25 apart pass the tip.
     EXPECT_NEAR(spatial, tip_error(degrees), 0.012 + 0.03 * spatial);
     EXPECT_LE(pulses, 0.4 * peaks);  // asked for at 120 degrees: 60 % less
@@ -62,9 +69,12 @@ inline void expect_shorter_curl(double ratio) {
     ASSERT_LT(at.greatest_dn, 65535);
     const Curl spatial = curl_of(strip, at.peaks, strip.pitch_mm);
     const Curl spacetime = curl_of(strip, at.pulses, kPixelMm / std::cos(M_PI / 6));
-    std::printf("strip %5.2f | curl over sigma_b: peaks %.2f (%.2f), ml %.2f (%.2f): %.1f times\n",
-                ratio, spatial.length, spatial.worst, spacetime.length, spacetime.worst,
-                spatial.length / spacetime.length);
+    const Curl centred = curl_of(strip, at.centred, kPixelMm / std::cos(M_PI / 6));
+    std::printf(
+        "strip %5.2f | curl over sigma_b: peaks %.2f (%.2f), ml %.2f (%.2f): %.1f times, centred "
+        "%.2f (%.2f)\n",
+        ratio, spatial.length, spatial.worst, spacetime.length, spacetime.worst,
+        spatial.length / spacetime.length, centred.length, centred.worst);
     EXPECT_LE(5 * spacetime.length, spatial.length);
 }
 

@@ -25,6 +25,8 @@ const CoherentView& checked(const CoherentView& view) {
     if (!(view.sin_u > 0 && view.sin_u < 1)) refuse("sin_u", view.sin_u, "above 0, below 1");
     if (!(view.soft_edge >= 0 && view.soft_edge <= 1))
         refuse("soft_edge", view.soft_edge, "0 to 1");
+    if (view.cross_section && view.soft_edge != 0)
+        refuse("soft_edge", view.soft_edge, "0 in a cross-section");
     const double rho_mm = view.wavelength_nm * 1e-6 / (2 * view.sin_u);
     if (!(view.pixel_mm > 0 && view.pixel_mm <= 64 * rho_mm))
         refuse("pixel_mm", view.pixel_mm, "above 0, at most 64 speckles");
@@ -66,8 +68,35 @@ CoherentSurface::CoherentSurface(const CoherentView& view, std::uint64_t seed)
       columns_mm_(view.columns * view.pixel_mm),
       cells_a_pixel_(stria::cells_a_pixel(view)),
       along_x_(static_cast<std::size_t>(view.columns * cells_a_pixel_)),
-      along_y_(static_cast<std::size_t>(view.rows * cells_a_pixel_)) {
+      along_y_(
+          static_cast<std::size_t>(view.cross_section ? view.rows : view.rows * cells_a_pixel_)) {
     cell_mm_ = view.pixel_mm / cells_a_pixel_;
+    const double passing = view.cross_section ? make_sections() : make_aperture();
+    scatterers_.resize(rows_.size() * along_x_.length());
+    for (std::size_t i = 0; i < scatterers_.size(); ++i)
+        scatterers_[i] = {counter_random::normal(seed, counter_random::kSpeckle, 2 * i),
+                          counter_random::normal(seed, counter_random::kSpeckle, 2 * i + 1)};
+    // Every frequency carries 2 (length) of a white row's power; all inverse transforms add up.
+    scale_ = 1 / (2 * static_cast<double>(along_x_.length()) * passing);
+}
+
+double CoherentSurface::make_sections() {
+    // The transform of 2 J1(v) / v is half a circle.
+    const double reach = columns_mm_ / (2 * rho_mm_);
+    std::vector<double> chord;
+    double passing = 0;
+    for (std::size_t g = 0; g < along_x_.length() / 2; ++g) {
+        const double radius = static_cast<double>(g) / reach;
+        if (radius > 1) break;
+        chord.push_back(std::sqrt(1 - radius * radius));
+        passing += (g > 0 ? 2 : 1) * chord.back() * chord.back();
+    }
+    for (int y = 0; y < view_.rows; ++y) rows_.push_back({static_cast<std::size_t>(y), chord});
+    return passing;
+}
+
+double CoherentSurface::make_aperture() {
+    const CoherentView& view = view_;
     const double reach_x = columns_mm_ / (2 * rho_mm_);
     const double reach_y = view.rows * view.pixel_mm / (2 * rho_mm_);
     const double most = 1 + view.soft_edge / 2;
@@ -85,12 +114,7 @@ CoherentSurface::CoherentSurface(const CoherentView& view, std::uint64_t seed)
         }
         rows_.push_back(std::move(row));
     }
-    scatterers_.resize(rows_.size() * along_x_.length());
-    for (std::size_t i = 0; i < scatterers_.size(); ++i)
-        scatterers_[i] = {counter_random::normal(seed, counter_random::kSpeckle, 2 * i),
-                          counter_random::normal(seed, counter_random::kSpeckle, 2 * i + 1)};
-    // Every frequency carries 2 (length) of a white row's power; both inverse transforms add up.
-    scale_ = 1 / (2 * static_cast<double>(along_x_.length()) * passing);
+    return passing;
 }
 
 std::vector<double> CoherentSurface::evenly_lit() const {
@@ -129,7 +153,7 @@ std::vector<double> CoherentSurface::intensity(
     std::vector<double> cells(width * height);
     for (std::size_t x = 0; x < width; ++x) {
         const std::span<std::complex<double>> column(field.data() + x * height, height);
-        along_y_.inverse(column);
+        if (!view_.cross_section) along_y_.inverse(column);
         for (std::size_t y = 0; y < height; ++y)
             cells[y * width + x] = scale_ * std::norm(column[y]);
     }
@@ -138,6 +162,7 @@ std::vector<double> CoherentSurface::intensity(
 
 std::vector<double> CoherentSurface::pixels_of(const std::vector<double>& cells) const {
     const auto each = static_cast<std::size_t>(cells_a_pixel_);
+    const std::size_t along = view_.cross_section ? 1 : each;  // cells along the stripe
     const std::size_t width = along_x_.length(), height = along_y_.length();
     if (cells.size() != width * height)
         refuse("cells", static_cast<double>(cells.size()), std::to_string(width * height));
@@ -145,8 +170,8 @@ std::vector<double> CoherentSurface::pixels_of(const std::vector<double>& cells)
     std::vector<double> pixels(columns * static_cast<std::size_t>(view_.rows));
     for (std::size_t y = 0; y < height; ++y)
         for (std::size_t x = 0; x < width; ++x)
-            pixels[y / each * columns + x / each] += cells[y * width + x];
-    for (double& pixel : pixels) pixel /= static_cast<double>(each * each);
+            pixels[y / along * columns + x / each] += cells[y * width + x];
+    for (double& pixel : pixels) pixel /= static_cast<double>(each * along);
     return pixels;
 }
 

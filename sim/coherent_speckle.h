@@ -18,6 +18,10 @@ struct CoherentView {
     double pixel_mm = 0.1;  ///< side of a square pixel's picture on the surface
     int columns = 64;       ///< pixels, across the stripe; a power of two
     int rows = 8;           ///< pixels, along the stripe; a power of two
+    /// The cross-section model: every row of pixels is a surface of its own, whose light spreads
+    /// along the row alone, by the kernel 2 J1(v) / v, v = 2 pi sin u x / lambda, the middle of the
+    /// aperture's picture of a point. It lacks what the far rings bring from above and below.
+    bool cross_section = false;
 };
 
 /// Cross-section of the laser's line where it meets the surface.
@@ -65,6 +69,9 @@ class CoherentSurface {
     std::vector<double> pixels_of(const std::vector<double>& cells) const;
 
   private:
+    /// Write rows_; return the sum of squared transmissions.
+    double make_aperture();
+    double make_sections();
     std::vector<double> intensity(const std::vector<std::complex<double>>& light) const;
 
     CoherentView view_;
@@ -72,9 +79,10 @@ class CoherentSurface {
     int cells_a_pixel_;
     Fourier along_x_, along_y_;
     /// Rows of spatial frequency along y that pass the aperture: as white as the scatterers
-    /// themselves, since a transform of white noise is white; light never depends on y.
+    /// themselves, since a transform of white noise is white; light never depends on y. Of a
+    /// cross-section: its surfaces.
     struct Row {
-        std::size_t frequency;             ///< index in along_y_
+        std::size_t frequency;             ///< index in along_y_, or of the surface
         std::vector<double> transmission;  ///< of frequencies 0, 1 .. along x; the rest is 0
     };
     std::vector<Row> rows_;

@@ -1,6 +1,6 @@
 // Pictures of spacetime analysis on rendered frames: rendered_pictures FOLDER writes one SVG a case
-// with the true surface and the points that spatial peaks and spacetime pulses make of it
-// (tests/host/cli/rendered_profile.h), and prints their files.
+// with the true surface and the points that spatial peaks, spacetime pulses and these moved to
+// their centres of light make of it (tests/host/cli/rendered_profile.h), and prints their files.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -49,7 +49,8 @@ void draw(const std::string& file, const RenderedProfile& profile, int most_a_ro
     const LocatedProfile at = located(profile, most_a_row);
     LinePlot plot{.x = {"along the sweep", "mm"}, .y = {"height", "mm"}, .series = {}};
     plot.series = {surface_of(profile, reach), dots("spatial, centre of gravity", at.peaks, reach),
-                   dots("spacetime", at.pulses, reach)};
+                   dots("spacetime", at.pulses, reach),
+                   dots("its centres of light", at.centred, reach)};
     std::string svg = line_plot_svg(plot);
     if (svg.find("xmlns=") == std::string::npos)
         svg.insert(svg.find("<svg") + 4, " xmlns=\"http://www.w3.org/2000/svg\"");

@@ -62,6 +62,34 @@ TEST(CoherentSpeckle, HasNegativeExponentialLightBeforeThePixel) {
     }
 }
 
+TEST(CoherentSpeckle, OfACrossSectionHasTheKernelsCovarianceAndSeparateRows) {
+    CoherentView view = view_of(1, 128, 256);
+    view.cross_section = true;
+    const CoherentSurface surface(view, 4);
+    const std::vector<double> light = surface.evenly_lit();
+    const Moments m = moments_of(light);
+    EXPECT_NEAR(m.mean, 1, 0.02);
+    EXPECT_NEAR(m.contrast, 1, 0.05);
+    const int width = surface.cell_columns(), height = surface.cell_rows();
+    const auto covariance = [&](int dx, int dy) {
+        double sum = 0;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                sum +=
+                    (light[static_cast<std::size_t>(y * width + x)] - m.mean) *
+                    (light[static_cast<std::size_t>((y + dy) % height * width + (x + dx) % width)] -
+                     m.mean);
+        return sum / (width * height * m.mean * m.mean);
+    };
+    // The kernel 2 J1(v) / v with itself: 3 (sin v - v cos v) / v^3, its square for the light.
+    for (int dx = 1; dx <= 8; ++dx) {
+        const double v = std::numbers::pi * dx * surface.cell_mm() / surface.rho_mm();
+        const double field = 3 * (std::sin(v) - v * std::cos(v)) / (v * v * v);
+        EXPECT_NEAR(covariance(dx, 0), field * field, 0.05) << dx;
+    }
+    EXPECT_NEAR(covariance(0, 1), 0, 0.02);  // 3 standard deviations
+}
+
 TEST(CoherentSpeckle, HasTheCovarianceOfACircularAperture) {
     const CoherentSurface surface(view_of(1, 128, 128), 2);
     const std::vector<double> light = surface.evenly_lit();

@@ -26,18 +26,44 @@ SpeckleTrials trials_of(double pixel_rhos, double sigma_mm, int rows, int pixels
 }
 
 void print(const char* name, const SpeckleResult& r, double unit_mm) {
-    std::printf("%-22s %6d %6.3f %6.3f | %5.2f %5.2f | %5.2f %5.2f | %5.2f %5.2f\n", name, r.pixels,
-                r.contrast, r.claimed, r.spacetime.weighted_mm / unit_mm,
-                r.spacetime.unweighted_mm / unit_mm, r.moments.weighted_mm / unit_mm,
+    std::printf("%-22s %6d %6.3f %6.3f | %5.2f %5.2f | %5.2f %5.2f | %5.2f %5.2f | %5.2f %5.2f\n",
+                name, r.pixels, r.contrast, r.claimed, r.spacetime.weighted_mm / unit_mm,
+                r.spacetime.unweighted_mm / unit_mm, r.centred.weighted_mm / unit_mm,
+                r.centred.unweighted_mm / unit_mm, r.moments.weighted_mm / unit_mm,
                 r.moments.unweighted_mm / unit_mm, r.spatial.weighted_mm / unit_mm,
                 r.spatial.unweighted_mm / unit_mm);
     std::fflush(stdout);
 }
 
+void print_head() {
+    std::printf("%-22s %6s %6s %6s | %-11s | %-11s | %-11s | %-11s\n", "edge, pixel, sigma_b",
+                "pixels", "C", "found", "max. likel.", "centred", "moments", "spatial");
+    std::printf("%-22s %20s | by l., even | by l., even | by l., even | by l., even\n", "", "");
+}
+
+TEST(SpeckleTable, TheCrossSectionModelOverTheDorschLimit) {
+    print_head();
+    for (const double sigma : {0.5, 1.0, 2.0, 4.0, 8.0}) {
+        SpeckleTrials trials = trials_of(1.5, sigma * kRhoMm, 64, 24000);
+        trials.view.cross_section = true;
+        const SpeckleResult result = run(trials);
+        char name[64];
+        std::snprintf(name, sizeof name, "section, 1.5 rho, %.1f rho", sigma);
+        print(name, result, result.dorsch_mm);
+        if (sigma >= 1) {
+            EXPECT_LT(result.centred.weighted_mm, 0.97 * result.spacetime.weighted_mm);
+        }
+        if (sigma >= 2) {
+            ASSERT_FALSE(result.footprint_rhos.empty());
+        }
+        for (const double footprint : result.footprint_rhos)
+            EXPECT_NEAR(footprint, kFootprintRhos,
+                        0.03);  // a surface of 4000 pixels scatters 0.013
+    }
+}
+
 TEST(SpeckleTable, FrozenSpeckleOverTheDorschLimit) {
-    std::printf("%-22s %6s %6s %6s | %-11s | %-11s | %-11s\n%-22s %20s | %s | %s | %s\n",
-                "edge, pixel, sigma_b", "pixels", "C", "found", "max. likel.", "moments", "spatial",
-                "", "", " by light, even", "by l., even", "by l., even");
+    print_head();
     for (const double soft : {0.0, 0.25, 0.5})
         for (const double sigma : {0.5, 1.0, 2.0, 4.0, 8.0}) {
             SpeckleTrials trials = trials_of(1.5, sigma * kRhoMm, 16, 12000);
@@ -75,24 +101,35 @@ TEST(SpeckleTable, APointAgainstTheClosedForm) {
 
 // Where along the beam the waist should lie when a mirror turns it: accuracy.md finding 5.
 TEST(SpeckleTable, WaistAtTheMirrorAgainstFocusAtTheTarget) {
-    constexpr double kWaistMm = 0.1;
-    const double rayleigh_mm = 4 * std::numbers::pi * kWaistMm * kWaistMm / kWavelengthMm;
-    std::printf("D mm, sigma_b um: frozen, waist at mirror, focus at target | spatial; um\n");
-    for (const double distance_mm : {150.0, 200.0, 300.0, 400.0, 500.0}) {
+    struct Case {
+        double distance_mm, waist_mm;
+    };
+    std::printf(
+        "D mm, waist um, sigma_b um: frozen, waist at mirror, focus at target | spatial; um\n");
+    for (const auto& [distance_mm, waist_mm] :
+         {Case{150, 0.1}, Case{200, 0.1}, Case{300, 0.1}, Case{400, 0.1}, Case{500, 0.1},
+          Case{150, 0.07}, Case{200, 0.07}}) {
+        const double rayleigh_mm = 4 * std::numbers::pi * waist_mm * waist_mm / kWavelengthMm;
         const double ratio = distance_mm / rayleigh_mm;
-        const double sigma_mm = kWaistMm * std::hypot(1.0, ratio);
+        const double sigma_mm = waist_mm * std::hypot(1.0, ratio);
         SpeckleTrials trials = trials_of(1.5, sigma_mm, 16, 12000);
         const SpeckleResult frozen = run(trials);
         trials.line.turning_mm = distance_mm;
         const SpeckleResult focused = run(trials);
         trials.line.wavefront_mm = distance_mm * (1 + 1 / (ratio * ratio));
         const SpeckleResult waisted = run(trials);
-        std::printf("%3.0f, %3.0f: %5.1f, %5.1f, %5.1f | %5.1f (C %.2f, Dorsch %.1f)\n",
-                    distance_mm, sigma_mm * 1e3, frozen.spacetime.weighted_mm * 1e3,
-                    waisted.spacetime.weighted_mm * 1e3, focused.spacetime.weighted_mm * 1e3,
-                    frozen.spatial.weighted_mm * 1e3, frozen.contrast, frozen.dorsch_mm * 1e3);
+        const double kept = (frozen.spatial.weighted_mm - waisted.spacetime.weighted_mm) /
+                            (frozen.spatial.weighted_mm - frozen.spacetime.weighted_mm);
+        std::printf(
+            "%3.0f, %3.0f, %3.0f: %5.1f, %5.1f, %5.1f | %5.1f (C %.2f, Dorsch %.1f) kept %.2f\n",
+            distance_mm, waist_mm * 1e3, sigma_mm * 1e3, frozen.spacetime.weighted_mm * 1e3,
+            waisted.spacetime.weighted_mm * 1e3, focused.spacetime.weighted_mm * 1e3,
+            frozen.spatial.weighted_mm * 1e3, frozen.contrast, frozen.dorsch_mm * 1e3, kept);
         std::fflush(stdout);
         EXPECT_LT(waisted.spacetime.weighted_mm, focused.spacetime.weighted_mm);
+        if (distance_mm > 1.5 * rayleigh_mm) {
+            EXPECT_GT(kept, 0.8);  // nearer the wavefront's centre is not yet the mirror
+        }
     }
 }
 

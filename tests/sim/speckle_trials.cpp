@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/stripe/spacetime.h"
+#include "host/scan/centre_of_light.h"
 
 namespace stria {
 namespace {
@@ -97,9 +98,18 @@ Moment moment_over_time(const Crossing& crossing, std::size_t pixel, double plac
     return {first / sum, sum};
 }
 
-void judge_pixels(const Crossing& crossing, SpeckleResult& result, Sums& spacetime, Sums& moments,
-                  Sums& squares, int& claimed) {
-    const PulseMap map = pulses_of(crossing);
+void judge_pixels(const Crossing& crossing, SpeckleResult& result, Sums& spacetime, Sums& centred,
+                  Sums& moments, Sums& squares, int& claimed) {
+    PulseMap map = pulses_of(crossing);
+    for (Pulse& pulse : map.pulses) {
+        pulse.s = static_cast<double>(pulse.t_ns) / kPeriod * crossing.step_mm;
+        pulse.ds_dt = crossing.step_mm / (1e-9 * kPeriod);
+    }
+    struct Passage {
+        double error_mm, light;
+    };
+    std::vector<const Pulse*> chosen(crossing.pictures.front().size(), nullptr);
+    std::vector<Passage> passages(chosen.size());
     const double way_mm = crossing.frames * crossing.step_mm;
     for (int y = 0; y < crossing.rows; ++y)
         for (int x = 0; x < crossing.columns; ++x) {
@@ -113,16 +123,25 @@ void judge_pixels(const Crossing& crossing, SpeckleResult& result, Sums& spaceti
             const double passage_mm = place_mm < way_mm / 4 ? place_mm + way_mm : place_mm;
             const Pulse* strongest = nullptr;
             for (const Pulse& pulse : map.cell(x, y)) {
-                const double at_mm = static_cast<double>(pulse.t_ns) / kPeriod * crossing.step_mm;
-                if (std::abs(at_mm - passage_mm) > 4 * crossing.sigma_mm) continue;
+                if (std::abs(pulse.s - passage_mm) > 4 * crossing.sigma_mm) continue;
                 if (!strongest || pulse.amplitude > strongest->amplitude) strongest = &pulse;
             }
             if (!strongest) continue;
             ++claimed;
-            spacetime.add(
-                static_cast<double>(strongest->t_ns) / kPeriod * crossing.step_mm - passage_mm,
-                moment.light);
+            chosen[pixel] = strongest;
+            passages[pixel] = {strongest->s - passage_mm, moment.light};
         }
+    const double footprint_px = kFootprintRhos * result.rho_mm / crossing.pixel_mm;
+    if (const auto found = estimate_footprint(chosen, crossing.columns, crossing.rows))
+        result.footprint_rhos.push_back(found->sigma_px * crossing.pixel_mm / result.rho_mm);
+    const auto centres = centres_of_light(chosen, crossing.columns, crossing.rows, footprint_px);
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+        if (!chosen[i]) continue;
+        const auto& [error_mm, light] = passages[i];
+        spacetime.add(error_mm, light);
+        const double shift_mm = static_cast<double>(centres[i].shift_px.x()) * crossing.pixel_mm;
+        centred.add(error_mm - shift_mm, light);
+    }
 }
 
 void judge_rows(const Crossing& crossing, Sums& spatial) {
@@ -153,7 +172,7 @@ SpeckleResult run(SpeckleTrials trials) {
     trials.view.columns = static_cast<int>(
         std::bit_ceil(static_cast<unsigned>(std::ceil(need_mm / trials.view.pixel_mm))));
     SpeckleResult result;
-    Sums spacetime, moments, squares, spatial, even;
+    Sums spacetime, centred, moments, squares, spatial, even;
     int claimed = 0;
     double mean = 0;
     for (int i = 0; i < trials.surfaces; ++i) {
@@ -164,7 +183,7 @@ SpeckleResult run(SpeckleTrials trials) {
             mean += light - 1;
         }
         const Crossing crossing = cross(surface, trials);
-        judge_pixels(crossing, result, spacetime, moments, squares, claimed);
+        judge_pixels(crossing, result, spacetime, centred, moments, squares, claimed);
         judge_rows(crossing, spatial);
     }
     mean /= even.count;
@@ -172,6 +191,7 @@ SpeckleResult run(SpeckleTrials trials) {
     result.dorsch_mm = result.contrast * result.rho_mm / std::numbers::pi;
     result.claimed = static_cast<double>(claimed) / result.pixels;
     result.spacetime = spacetime.root();
+    result.centred = centred.root();
     result.moments = moments.root();
     result.moments_by_square_mm = squares.root().weighted_mm;
     result.spatial = spatial.root();

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <vector>
 
 #include "sim/coherent_speckle.h"
 
@@ -18,7 +19,9 @@ struct SpeckleResult {
     int pixels = 0;          ///< that the line passed
     double claimed = 0;      ///< share of them in which spacetime analysis found a pulse
     SpeckleError spacetime;  ///< stria's SpacetimeAnalyser, maximum likelihood, claimed pulses
-    SpeckleError moments;    ///< first moment over time, 6 sigma to both sides of the pixel
+    SpeckleError centred;    ///< the same, at the pulses' centres of light by kFootprintRhos
+    std::vector<double> footprint_rhos;  ///< that the pulses show, of each surface that shows one
+    SpeckleError moments;  ///< first moment over time, 6 sigma to both sides of the pixel
     double moments_by_square_mm = 0;  ///< the same, each weighted by its light's square
     SpeckleError spatial;             ///< first moment over a row of pixels, 5 sigma to both sides
 };
@@ -30,6 +33,11 @@ struct SpeckleTrials {
     double step_sigmas = 0.4;  ///< of the line between frames
     std::uint64_t seed = 1;
 };
+
+/// The footprint with which pulses are moved to their centre of light, over rho: a pixel of 1.5 rho
+/// and the kernel of a circular aperture together, as `estimate_footprint` finds it on the
+/// cross-section model at sigma_b of 2 to 8 rho.
+constexpr double kFootprintRhos = 0.54;
 
 /// Lets the line cross surfaces in steps, noise-free frames, and finds it again by pixel over time
 /// and by row in space. The camera does not move. view.columns is set to what the line needs.

@@ -25,9 +25,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 /// For processors without any of the instruction sets.
 RowState AdvanceRow(const std::uint8_t* const* rows, int width, const RowPlanes& planes,
-                    const DetectionLevels& levels, const WindowLimits& limits,
-                    std::vector<Closed>& closed) {
-    return advance_row_plainly(rows, kBatch, width, planes, levels, limits, closed);
+                    const DetectionLevels& levels, const WindowLimits& limits, std::uint8_t number,
+                    std::vector<Closed>& others) {
+    return advance_row_plainly(rows, kBatch, width, planes, levels, limits, number, others);
+}
+
+void SetBackgrounds(const std::uint8_t* const* rows, int width, const RowPlanes& planes,
+                    const DetectionLevels& levels) {
+    set_backgrounds_plainly(rows, kBatch, 0, width, planes, levels);
 }
 
 #else
@@ -76,14 +81,19 @@ class Levels {
         }
     }
 
-    /// Thresholds (DN) of backgrounds.
-    HWY_INLINE V8 thresholds(const Halves& background) const {
+    /// What samples must exceed backgrounds by, 1/256 DN.
+    HWY_INLINE Halves margins(const Halves& background) const {
         const V8 segment = hn::ShiftRight<4>(high_bytes(background));
         const Halves base = halves_of(look_up(base_high_, segment), look_up(base_low_, segment));
         const Halves rise = halves_of(look_up(rise_high_, segment), look_up(rise_low_, segment));
-        const Halves level = {level_of(background.even, base.even, rise.even),
-                              level_of(background.odd, base.odd, rise.odd)};
-        return high_bytes(level);
+        return {margin_of(background.even, base.even, rise.even),
+                margin_of(background.odd, base.odd, rise.odd)};
+    }
+    /// Thresholds (DN) of backgrounds.
+    HWY_INLINE V8 thresholds(const Halves& background) const {
+        const Halves margin = margins(background);
+        return high_bytes({hn::SaturatedAdd(background.even, margin.even),
+                           hn::SaturatedAdd(background.odd, margin.odd)});
     }
 
   private:
@@ -93,9 +103,8 @@ class Levels {
         const D8 d8;
         return hn::TableLookupBytes(hn::LoadDup128(d8, table.data()), index);
     }
-    static HWY_INLINE V16 level_of(V16 background, V16 base, V16 rise) {
-        const V16 part = hn::MulHigh(hn::ShiftLeft<4>(background), rise);
-        return hn::SaturatedAdd(background, hn::Add(base, part));
+    static HWY_INLINE V16 margin_of(V16 background, V16 base, V16 rise) {
+        return hn::Add(base, hn::MulHigh(hn::ShiftLeft<4>(background), rise));
     }
 
     alignas(16) Table base_low_, base_high_, rise_low_, rise_high_;
@@ -115,8 +124,13 @@ HWY_INLINE V16 follow(V16 background, V16 sum, V16 level) {
 class Block {
   public:
     Block(const RowPlanes& planes, int x, const Levels& levels, const WindowLimits& limits,
-          std::vector<Closed>& closed)
-        : planes_(planes), x_(x), levels_(levels), limits_(limits), closed_(closed) {}
+          std::uint8_t number, std::vector<Closed>& others)
+        : planes_(planes),
+          x_(x),
+          levels_(levels),
+          limits_(limits),
+          number_(number),
+          others_(others) {}
 
     HWY_INLINE void advance(const std::uint8_t* const* rows, int offset) {
         const D8 d;
@@ -167,31 +181,47 @@ class Block {
 
     HWY_NOINLINE void report(hn::Mask<D8> ended, V8 last, int k) const {
         const D8 d;
+        const auto end = static_cast<std::uint8_t>(number_ + k + 1);
+        const V8 waiting = hn::Load(d, planes_.waiting + x_);
+        const auto taken = hn::And(ended, hn::Ne(waiting, hn::Zero(d)));
+        const auto free = hn::AndNot(taken, ended);
+        put(hn::Add(last, hn::Set(d, 1)), free, planes_.waiting);
+        put(hn::Set(d, end), free, planes_.waiting_end);
+        put(hn::Load(d, planes_.background_high + x_), free, planes_.waiting_high);
+        put(hn::Load(d, planes_.background_low + x_), free, planes_.waiting_low);
+        put(hn::Load(d, planes_.threshold + x_), free, planes_.waiting_threshold);
+        if (HWY_LIKELY(hn::AllFalse(d, taken))) return;
         alignas(kPadding) std::uint8_t lasts[kPadding];
         std::uint64_t bits = 0;
         std::array<std::uint8_t, 8> bytes{};
         hn::Store(last, d, lasts);
-        hn::StoreMaskBits(d, ended, bytes.data());
+        hn::StoreMaskBits(d, taken, bytes.data());
         std::memcpy(&bits, bytes.data(), sizeof(bits));  // little endian, as every target here
         for (; bits != 0; bits &= bits - 1) {
             const int i = std::countr_zero(bits);
-            closed_.push_back(planes_.closed(x_ + i, k, lasts[i]));
+            others_.push_back(planes_.closed(x_ + i, lasts[i], end));
         }
+    }
+
+    HWY_INLINE void put(V8 value, hn::Mask<D8> where, std::uint8_t* plane) const {
+        const D8 d;
+        hn::Store(hn::IfThenElse(where, value, hn::Load(d, plane + x_)), d, plane + x_);
     }
 
     const RowPlanes& planes_;
     const int x_;
     const Levels& levels_;
     const WindowLimits& limits_;
-    std::vector<Closed>& closed_;
+    const std::uint8_t number_;
+    std::vector<Closed>& others_;
     bool anew_ = false;
 };
 
 /// Pixels [x, x + lanes) of the row, whose samples are at `offset` in `rows`.
 HWY_INLINE std::uint32_t advance_block(const std::uint8_t* const* rows, int offset, int x,
                                        const RowPlanes& planes, const Levels& levels,
-                                       const WindowLimits& limits, std::vector<Closed>& closed,
-                                       V8& oldest) {
+                                       const WindowLimits& limits, std::uint8_t number,
+                                       std::vector<Closed>& others, V8& oldest) {
     const D8 d;
     const D16 d16;
     V8 highest = hn::LoadU(d, rows[0] + offset);
@@ -216,7 +246,7 @@ HWY_INLINE std::uint32_t advance_block(const std::uint8_t* const* rows, int offs
     V8 age = hn::Load(d, planes.age + x);
     const V8 zero = hn::Zero(d);
     if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Or(hn::Gt(highest, threshold), hn::Ne(age, zero))))) {
-        Block(planes, x, levels, limits, closed).advance(rows, offset);
+        Block(planes, x, levels, limits, number, others).advance(rows, offset);
         age = hn::Load(d, planes.age + x);
         threshold = hn::Load(d, planes.threshold + x);
         oldest = hn::Max(oldest, age);
@@ -237,8 +267,8 @@ HWY_INLINE std::uint32_t advance_block(const std::uint8_t* const* rows, int offs
 }
 
 RowState AdvanceRow(const std::uint8_t* const* rows, int width, const RowPlanes& planes,
-                    const DetectionLevels& levels, const WindowLimits& limits,
-                    std::vector<Closed>& closed) {
+                    const DetectionLevels& levels, const WindowLimits& limits, std::uint8_t number,
+                    std::vector<Closed>& others) {
     const int lanes = static_cast<int>(hn::Lanes(D8()));
     const Levels of_row(levels);
     RowState state;
@@ -246,7 +276,7 @@ RowState AdvanceRow(const std::uint8_t* const* rows, int width, const RowPlanes&
     int x = 0;
     for (; x + lanes <= width; x += lanes)
         state.saturated_samples +=
-            advance_block(rows, x, x, planes, of_row, limits, closed, oldest);
+            advance_block(rows, x, x, planes, of_row, limits, number, others, oldest);
     if (x < width) {
         // The row's end, in a copy that is as long as a register; behind it all is dark.
         alignas(kPadding) std::uint8_t rest[kBatch][kPadding] = {};
@@ -256,12 +286,51 @@ RowState AdvanceRow(const std::uint8_t* const* rows, int width, const RowPlanes&
             rests[static_cast<std::size_t>(k)] = rest[k];
         }
         state.saturated_samples +=
-            advance_block(rests.data(), 0, x, planes, of_row, limits, closed, oldest);
+            advance_block(rests.data(), 0, x, planes, of_row, limits, number, others, oldest);
     }
     alignas(kPadding) std::uint8_t ages[kPadding];
     hn::Store(oldest, D8(), ages);
     for (int i = 0; i < lanes; ++i) state.oldest = std::max(state.oldest, int{ages[i]});
     return state;
+}
+
+/// DetectionLevels::first where the samples differ by no more than noise makes them; the others one
+/// by one.
+void SetBackgrounds(const std::uint8_t* const* rows, int width, const RowPlanes& planes,
+                    const DetectionLevels& levels) {
+    const D8 d;
+    const D16 d16;
+    const int lanes = static_cast<int>(hn::Lanes(d));
+    const Levels of_row(levels);
+    int x = 0;
+    for (; x + lanes <= width; x += lanes) {
+        V8 least = hn::LoadU(d, rows[0] + x), greatest = least, second = hn::Set(d, 255);
+        V16 all = hn::BitCast(d16, least), odd = hn::ShiftRight<8>(all);
+        for (int k = 1; k < kBatch; ++k) {
+            const V8 sample = hn::LoadU(d, rows[k] + x);
+            second = hn::Min(second, hn::Max(least, sample));
+            least = hn::Min(least, sample);
+            greatest = hn::Max(greatest, sample);
+            all = hn::Add(all, hn::BitCast(d16, sample));
+            odd = hn::Add(odd, hn::ShiftRight<8>(hn::BitCast(d16, sample)));
+        }
+        const V8 zero = hn::Zero(d);
+        const Halves margin = of_row.margins(halves_of(second, zero));
+        const Halves range = halves_of(hn::Sub(greatest, second), zero);
+        const auto restless = [](V16 by, V16 most) {
+            return hn::SaturatedSub(by, hn::SaturatedAdd(most, hn::ShiftRight<1>(most)));
+        };
+        const Halves mean = {hn::ShiftLeft<5>(hn::Sub(all, hn::ShiftLeft<8>(odd))),
+                             hn::ShiftLeft<5>(odd)};
+        hn::Store(high_bytes(mean), d, planes.background_high + x);
+        hn::Store(low_bytes(mean), d, planes.background_low + x);
+        hn::Store(of_row.thresholds(mean), d, planes.threshold + x);
+        const V16 moved =
+            hn::Or(restless(range.even, margin.even), restless(range.odd, margin.odd));
+        if (!hn::AllTrue(d16, hn::Eq(moved, hn::Zero(d16))))
+            set_backgrounds_plainly(rows, kBatch, x, x + lanes, planes, levels);
+    }
+    set_backgrounds_plainly(rows, kBatch, x, width, planes, levels);
 }
 
 #endif

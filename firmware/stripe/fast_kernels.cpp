@@ -10,6 +10,7 @@
 #define HWY_TARGET_INCLUDE "firmware/stripe/fast_kernels.cpp"
 #include <hwy/foreach_target.h>
 // After foreach_target.h, which includes this file once more for each instruction set.
+#include "firmware/stripe/fast_collect-inl.h"
 #include "firmware/stripe/fast_detect-inl.h"
 #include "firmware/stripe/fast_fit-inl.h"
 
@@ -18,19 +19,31 @@
 namespace stria::fast {
 
 HWY_EXPORT(AdvanceRow);
-HWY_EXPORT(FitWindows);
+HWY_EXPORT(SetBackgrounds);
+HWY_EXPORT(CollectGroups);
+HWY_EXPORT(FitGroup);
 
 int margin_frames(int last, const WindowLimits& limits) {
     return std::min(last / 2 + 4, limits.history_frames);
 }
 
 RowState advance_row(const std::uint8_t* const* rows, int width, const RowPlanes& planes,
-                     const DetectionLevels& levels, const WindowLimits& limits,
-                     std::vector<Closed>& closed) {
-    return HWY_DYNAMIC_DISPATCH(AdvanceRow)(rows, width, planes, levels, limits, closed);
+                     const DetectionLevels& levels, const WindowLimits& limits, std::uint8_t number,
+                     std::vector<Closed>& others) {
+    return HWY_DYNAMIC_DISPATCH(AdvanceRow)(rows, width, planes, levels, limits, number, others);
 }
 
-void fit_windows(FitTask& task) { HWY_DYNAMIC_DISPATCH(FitWindows)(task); }
+void set_backgrounds(const std::uint8_t* const* rows, int width, const RowPlanes& planes,
+                     const DetectionLevels& levels) {
+    HWY_DYNAMIC_DISPATCH(SetBackgrounds)(rows, width, planes, levels);
+}
+
+int collect_groups(const RowPlanes& planes, int width, int now, int patience,
+                   const WindowLimits& limits, std::vector<GroupWindows>& groups) {
+    return HWY_DYNAMIC_DISPATCH(CollectGroups)(planes, width, now, patience, limits, groups);
+}
+
+void fit_group(FitTask& task) { HWY_DYNAMIC_DISPATCH(FitGroup)(task); }
 
 std::vector<const char*> instruction_sets() {
     std::vector<const char*> names;

@@ -6,7 +6,8 @@ namespace stria::fast {
 
 RowState advance_row_plainly(const std::uint8_t* const* rows, int count, int width,
                              const RowPlanes& planes, const DetectionLevels& levels,
-                             const WindowLimits& limits, std::vector<Closed>& closed) {
+                             const WindowLimits& limits, std::uint8_t number,
+                             std::vector<Closed>& others) {
     RowState state;
     for (int x = 0; x < width; ++x) {
         std::uint32_t sum = 0;
@@ -24,7 +25,9 @@ RowState advance_row_plainly(const std::uint8_t* const* rows, int count, int wid
                 planes.set_background(x, std::uint32_t{sample} << 8);
                 age = 0;
             } else if (!above && quiet >= margin_frames(last, limits)) {
-                closed.push_back(planes.closed(x, k, last));
+                const auto behind = static_cast<std::uint8_t>(number + k + 1);
+                if (!planes.let_wait(x, last, behind))
+                    others.push_back(planes.closed(x, last, behind));
                 age = 0;
             }
         }
@@ -35,6 +38,16 @@ RowState advance_row_plainly(const std::uint8_t* const* rows, int count, int wid
         planes.threshold[x] = static_cast<std::uint8_t>(levels.threshold(planes.background(x)));
     }
     return state;
+}
+
+void set_backgrounds_plainly(const std::uint8_t* const* rows, int count, int begin, int end,
+                             const RowPlanes& planes, const DetectionLevels& levels) {
+    for (int x = begin; x < end; ++x) {
+        DetectionLevels::FirstSamples samples(rows[0][x]);
+        for (int k = 1; k < count; ++k) samples.add(rows[k][x]);
+        planes.set_background(x, levels.first(samples));
+        planes.threshold[x] = static_cast<std::uint8_t>(levels.threshold(planes.background(x)));
+    }
 }
 
 }  // namespace stria::fast

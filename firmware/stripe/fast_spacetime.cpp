@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "firmware/stripe/detection_levels.h"
-#include "firmware/stripe/fast_windows.h"
+#include "firmware/stripe/fast_groups.h"
+#include "firmware/stripe/fast_planes.h"
 
 namespace stria {
 namespace {
@@ -24,7 +25,8 @@ class FastEngine final : public SpacetimeEngine {
           levels_(8, noise, options.min_snr, options.min_amplitude_dn),
           limits_{options.max_pulse_frames, options.history_frames},
           stride_(static_cast<std::size_t>((width + kPadding - 1) / kPadding * kPadding)),
-          planes_(5 * stride_ * static_cast<std::size_t>(height) + kPadding),
+          planes_(fast::RowPlanes::kCount * stride_ * static_cast<std::size_t>(height) + kPadding),
+          pulses_(width, height),
           rows_(static_cast<std::size_t>(height)) {}
 
     WindowCounts windows() const override {
@@ -37,79 +39,105 @@ class FastEngine final : public SpacetimeEngine {
     }
 
   private:
-    /// The row's five planes, one behind the other, on cache lines.
+    /// The row's planes, one behind the other, on cache lines.
     fast::RowPlanes planes(int y) {
         const std::uintptr_t begin = reinterpret_cast<std::uintptr_t>(planes_.data());
         std::uint8_t* row = planes_.data() + (kPadding - begin % kPadding) % kPadding +
-                            5 * stride_ * static_cast<std::size_t>(y);
-        return {row, row + stride_, row + 2 * stride_, row + 3 * stride_, row + 4 * stride_};
+                            fast::RowPlanes::kCount * stride_ * static_cast<std::size_t>(y);
+        return fast::RowPlanes::at(row, stride_);
     }
 
-    /// The windows of a row that closed in the frames from `begin` on.
-    struct Batch {
-        int y = 0, begin = 0;
-        std::vector<fast::Closed> windows;
-    };
-    static void take(const Batch& batch, fast::WindowBins& bins) {
-        for (const fast::Closed& window : batch.windows)
-            bins.take(batch.y, batch.begin + window.at, window);
+    void begin_pass(int end) override {
+        if (period_ns_ > 0) return;
+        const Frame& first = frames_.at(0);
+        const Frame& last = frames_.at(end - 1);
+        period_ns_ =
+            end < 2 ? 1.0 : static_cast<double>(last.row_time(0) - first.row_time(0)) / (end - 1);
+        laser_id_ = first.laser_id;
+        exposure_index_ = first.exposure_index;
+    }
+    fast::FitSetting setting() const {
+        return {frames_, noise_, options_, period_ns_, width_, height_, laser_id_, exposure_index_};
     }
 
     void advance_rows(int first, int last, int begin, int end) override {
-        fast::WindowBins bins({frames_, noise_, options_}, begin, end, rows_);
-        // A batch's windows are gathered while memory fetches the next one's.
-        Batch last_batch, batch;
-        for (int y = first; y < last; ++y)
-            for (int k = begin; k < end; k += kBatch) {
-                batch.y = y;
-                batch.begin = k;
-                batch.windows.clear();
-                advance_row(y, k, std::min(end, k + kBatch), batch.windows);
-                bins.prefetch(y, k, batch.windows);
-                take(last_batch, bins);
-                std::swap(batch, last_batch);
-            }
-        take(last_batch, bins);
-        bins.flush();
+        fast::GroupFits fits(setting(), pulses_, rows_);
+        std::vector<fast::Closed> others;
+        for (int y = first; y < last; ++y) {
+            others.clear();
+            for (int k = begin; k < end; k += kBatch)
+                advance_row(y, k, std::min(end, k + kBatch), others);
+            // A row's windows are fitted while memory fetches the next one's.
+            fits.queue(y, planes(y), false);
+            for (const fast::Closed& window : others) fits.queue(y, window);
+            fits.fit_queued();
+            fits.flip();
+        }
+        fits.fit_queued();
     }
 
-    void advance_row(int y, int begin, int end, std::vector<fast::Closed>& closed) {
+    void advance_row(int y, int begin, int end, std::vector<fast::Closed>& others) {
         std::array<const std::uint8_t*, kBatch> rows;
         const int count = end - begin;
         for (int i = 0; i < count; ++i)
             rows[static_cast<std::size_t>(i)] = row_of<std::uint8_t>(frames_.at(begin + i), y);
-        const fast::RowPlanes planes_of_row = planes(y);
-        if (begin == 0) set_backgrounds(rows.data(), count, planes_of_row);
-        const fast::RowState state =
-            count == kBatch
-                ? fast::advance_row(rows.data(), width_, planes_of_row, levels_, limits_, closed)
-                : fast::advance_row_plainly(rows.data(), count, width_, planes_of_row, levels_,
-                                            limits_, closed);
+        const fast::RowPlanes row = planes(y);
+        const auto number = static_cast<std::uint8_t>(begin);
+        fast::RowState state;
+        if (count == kBatch) {
+            if (begin == 0) fast::set_backgrounds(rows.data(), width_, row, levels_);
+            state = fast::advance_row(rows.data(), width_, row, levels_, limits_, number, others);
+        } else {
+            if (begin == 0)
+                fast::set_backgrounds_plainly(rows.data(), count, 0, width_, row, levels_);
+            state = fast::advance_row_plainly(rows.data(), count, width_, row, levels_, limits_,
+                                              number, others);
+        }
         fast::RowFinds& finds = rows_[static_cast<std::size_t>(y)];
         finds.saturated_samples += state.saturated_samples;
-        finds.oldest = state.oldest;
-    }
-
-    void set_backgrounds(const std::uint8_t* const* rows, int count,
-                         const fast::RowPlanes& planes_of_row) const {
-        for (int x = 0; x < width_; ++x) {
-            DetectionLevels::FirstSamples samples(rows[0][x]);
-            for (int k = 1; k < count; ++k) samples.add(rows[k][x]);
-            planes_of_row.set_background(x, levels_.first(samples));
-            planes_of_row.threshold[x] =
-                static_cast<std::uint8_t>(levels_.threshold(planes_of_row.background(x)));
-        }
+        finds.needed = state.oldest > 0 ? state.oldest + limits_.history_frames : 0;
     }
 
     void finish_rows(int first, int last) override {
         if (frames_.count() == 0) return;
-        fast::WindowBins bins({frames_, noise_, options_}, frames_.count() - 1, frames_.count(),
-                              rows_);
+        fast::GroupFits fits(setting(), pulses_, rows_);
         for (int y = first; y < last; ++y) {
             const fast::RowPlanes row = planes(y);
+            fits.queue(y, row, true);
+            fits.flip();
+            fits.fit_queued();
             for (int x = 0; x < width_; ++x)
-                if (row.age[x] > 0) bins.take_plainly(open_window(x, y, row));
+                if (row.age[x] > 0) fits.take_plainly(open_window(x, y, row));
+            gather_cells(y);
         }
+    }
+
+    /// Puts the pulses of pixels that have several together, and tidies them.
+    void gather_cells(int y) {
+        std::vector<Pulse>& others = rows_[static_cast<std::size_t>(y)].others;
+        const fast::PulsePlanes::Row row = pulses_.row(y);
+        for (std::size_t i = 0, count = others.size(); i < count; ++i) {
+            const int x = static_cast<int>(others[i].u);
+            if (row.width[x] == 0) continue;
+            others.push_back(clean_pulse(x, y, row));
+            row.width[x] = 0;
+        }
+        tidy_row(others);
+    }
+
+    Pulse clean_pulse(int x, int y, const fast::PulsePlanes::Row& row) const {
+        Pulse pulse;
+        pulse.u = static_cast<float>(x);
+        pulse.v = static_cast<float>(y);
+        pulse.t_ns = row.t_ns[x];
+        pulse.amplitude = row.amplitude[x];
+        pulse.width = row.width[x];
+        pulse.background = row.background[x];
+        pulse.sigma = row.sigma[x];
+        pulse.chi_square = row.chi_square[x];
+        pulse.laser_id = laser_id_;
+        pulse.exposure_index = exposure_index_;
+        return pulse;
     }
 
     PixelWindow open_window(int x, int y, const fast::RowPlanes& row) const {
@@ -128,20 +156,40 @@ class FastEngine final : public SpacetimeEngine {
     }
 
     int oldest_needed(int otherwise) const override {
-        int oldest = 0;
-        for (const fast::RowFinds& row : rows_) oldest = std::max(oldest, row.oldest);
-        return std::max(std::min(otherwise, frames_.count() - oldest - limits_.history_frames), 0);
+        int needed = 0;
+        for (const fast::RowFinds& row : rows_) needed = std::max(needed, row.needed);
+        return std::max(std::min(otherwise, frames_.count() - needed), 0);
     }
-    Row row(int y) override {
-        fast::RowFinds& finds = rows_[static_cast<std::size_t>(y)];
-        return {&finds.pulses, &finds.effective, finds.saturated_samples};
+    Row row(int y) const override {
+        const fast::RowFinds& finds = rows_[static_cast<std::size_t>(y)];
+        return {&finds.effective, finds.saturated_samples};
+    }
+    void append_widths(int y, std::vector<float>& widths) override {
+        const float* of_row = pulses_.row(y).width;
+        for (int x = 0; x < width_; ++x)
+            if (of_row[x] != 0) widths.push_back(of_row[x]);
+        for (const Pulse& pulse : rows_[static_cast<std::size_t>(y)].others)
+            widths.push_back(pulse.width);
+    }
+    void append_row(int y, std::vector<Pulse>& pulses) override {
+        const fast::PulsePlanes::Row row = pulses_.row(y);
+        const std::vector<Pulse>& others = rows_[static_cast<std::size_t>(y)].others;
+        auto other = others.begin();
+        for (int x = 0; x < width_; ++x) {
+            if (row.width[x] != 0) pulses.push_back(clean_pulse(x, y, row));
+            while (other != others.end() && static_cast<int>(other->u) == x)
+                pulses.push_back(*other++);
+        }
     }
 
     SensorNoise noise_;
     DetectionLevels levels_;
     fast::WindowLimits limits_;
+    double period_ns_ = 0;  ///< of the first pass: unit of the kernels' times
+    std::uint8_t laser_id_ = 0, exposure_index_ = 0;
     std::size_t stride_;
     std::vector<std::uint8_t> planes_;
+    fast::PulsePlanes pulses_;
     std::vector<fast::RowFinds> rows_;
 };
 

@@ -43,14 +43,21 @@ class ReferenceEngine final : public SpacetimeEngine {
         for (int y = first; y < last; ++y) rows_[y].advance(frames_, begin, end);
     }
     void finish_rows(int first, int last) override {
-        for (int y = first; y < last; ++y) rows_[y].finish(frames_);
+        for (int y = first; y < last; ++y) {
+            rows_[y].finish(frames_);
+            tidy_row(rows_[y].pulses);
+        }
     }
     int oldest_needed(int otherwise) const override {
         for (const PixelTracker<T>& row : rows_) otherwise = row.oldest_needed(otherwise);
         return otherwise;
     }
-    Row row(int y) override {
-        return {&rows_[y].pulses, &rows_[y].effective, rows_[y].saturated_samples};
+    Row row(int y) const override { return {&rows_[y].effective, rows_[y].saturated_samples}; }
+    void append_widths(int y, std::vector<float>& widths) override {
+        for (const Pulse& pulse : rows_[y].pulses) widths.push_back(pulse.width);
+    }
+    void append_row(int y, std::vector<Pulse>& pulses) override {
+        pulses.insert(pulses.end(), rows_[y].pulses.begin(), rows_[y].pulses.end());
     }
 
     std::vector<PixelTracker<T>> rows_;

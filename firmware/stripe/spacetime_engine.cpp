@@ -40,7 +40,7 @@ void sort_row(std::vector<Pulse>& pulses, int width) {
 
 /// Drops those of a sorted row's pulses that two windows found twice, keeps the strongest `most` of
 /// a pixel and suspects weak second ones.
-void tidy_row(std::vector<Pulse>& pulses, int most) {
+void tidy_cells(std::vector<Pulse>& pulses, int most) {
     std::size_t kept = 0, cell = 0;
     for (const Pulse& pulse : pulses) {
         if (kept == cell || pulses[cell].u != pulse.u) cell = kept;
@@ -60,29 +60,29 @@ void tidy_row(std::vector<Pulse>& pulses, int most) {
     pulses.resize(kept);
 }
 
-/// The width with half of the pulses below it, positive all: counted by the leading bits, then
+/// The width with half of the others below it, positive all: counted by the leading bits, then
 /// looked for among those that share them.
-float median_width(const std::vector<Pulse>& pulses) {
+float median_width(std::vector<float>& widths) {
     const auto leading = [](float width) { return std::bit_cast<std::uint32_t>(width) >> 16; };
     std::vector<std::uint32_t> counts(1u << 16);
-    for (const Pulse& pulse : pulses) ++counts[leading(pulse.width)];
+    for (const float width : widths) ++counts[leading(width)];
     std::size_t below = 0, bin = 0;
-    while (below + counts[bin] <= pulses.size() / 2) below += counts[bin++];
-    std::vector<float> widths;
-    for (const Pulse& pulse : pulses)
-        if (leading(pulse.width) == bin) widths.push_back(pulse.width);
-    const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(pulses.size() / 2 - below);
-    std::nth_element(widths.begin(), middle, widths.end());
-    return *middle;
+    while (below + counts[bin] <= widths.size() / 2) below += counts[bin++];
+    const std::size_t middle = widths.size() / 2 - below;
+    std::erase_if(widths, [&](float width) { return leading(width) != bin; });
+    const auto at = widths.begin() + static_cast<std::ptrdiff_t>(middle);
+    std::nth_element(widths.begin(), at, widths.end());
+    return *at;
 }
 
-void flag_widths(std::vector<Pulse>& pulses, double ratio) {
-    if (pulses.size() < kFewestWidths) return;
-    const double middle = median_width(pulses);
-    for (Pulse& pulse : pulses)
-        if (pulse.width > middle * ratio || pulse.width * ratio < middle)
-            pulse.flags |= kPulseWidthOutOfRange;
-}
+/// Widths further than `ratio` from the median are flagged, where there is one.
+struct WidthLimits {
+    double median = 0, ratio = 1;
+
+    bool excludes(float width) const {
+        return median > 0 && (width > median * ratio || width * ratio < median);
+    }
+};
 
 double median_of(const SampleHistogram& histogram, std::uint32_t total) {
     std::uint32_t below = 0;
@@ -132,7 +132,8 @@ PulseMap SpacetimeEngine::finish() {
     map.camera_id = camera_id_;
     map.frames = static_cast<std::uint32_t>(frames_.count());
     map.frames_dropped = follower_.dropped();
-    close_windows();
+    for_row_bands(height_, options_.threads,
+                  [&](int first, int last) { finish_rows(first, last); });
     frames_.release_before(frames_.count());
     judge_sampling(map);
     assemble(map);
@@ -141,21 +142,17 @@ PulseMap SpacetimeEngine::finish() {
 
 void SpacetimeEngine::analyse() {
     const int begin = analysed_, end = frames_.count();
+    begin_pass(end);
     for_row_bands(height_, options_.threads,
                   [&](int first, int last) { advance_rows(first, last, begin, end); });
     analysed_ = end;
     frames_.release_before(oldest_needed(end - options_.history_frames));
 }
 
-void SpacetimeEngine::close_windows() {
-    for_row_bands(height_, options_.threads, [&](int first, int last) {
-        finish_rows(first, last);
-        for (int y = first; y < last; ++y) {
-            std::vector<Pulse>& pulses = *row(y).pulses;
-            sort_row(pulses, width_);
-            tidy_row(pulses, options_.max_pulses_per_cell);
-        }
-    });
+void SpacetimeEngine::tidy_row(std::vector<Pulse>& pulses) const {
+    if (pulses.empty()) return;
+    sort_row(pulses, width_);
+    tidy_cells(pulses, options_.max_pulses_per_cell);
 }
 
 void SpacetimeEngine::judge_sampling(PulseMap& map) {
@@ -179,19 +176,22 @@ void SpacetimeEngine::assemble(PulseMap& map) {
     map.cell_begin.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) + 1,
                           0);
     if (map.undersampled) return;
-    std::size_t total = 0, cell = 0;
-    for (int y = 0; y < height_; ++y) total += row(y).pulses->size();
-    map.pulses.reserve(total);
+    std::vector<float> widths;
+    widths.reserve(map.cell_begin.size());
+    for (int y = 0; y < height_; ++y) append_widths(y, widths);
+    map.pulses.reserve(widths.size());
+    WidthLimits limits{0, options_.width_ratio};
+    if (widths.size() >= kFewestWidths) limits.median = median_width(widths);
+    std::size_t cell = 0, i = 0;
     for (int y = 0; y < height_; ++y) {
-        const std::vector<Pulse>& pulses = *row(y).pulses;
-        std::size_t i = 0;
+        append_row(y, map.pulses);
         for (int x = 0; x < width_; ++x) {
-            while (i < pulses.size() && static_cast<int>(pulses[i].u) == x) ++i;
-            map.cell_begin[++cell] = static_cast<std::uint32_t>(map.pulses.size() + i);
+            for (; i < map.pulses.size() && static_cast<int>(map.pulses[i].u) == x; ++i)
+                if (limits.excludes(map.pulses[i].width))
+                    map.pulses[i].flags |= kPulseWidthOutOfRange;
+            map.cell_begin[++cell] = static_cast<std::uint32_t>(i);
         }
-        map.pulses.insert(map.pulses.end(), pulses.begin(), pulses.end());
     }
-    flag_widths(map.pulses, options_.width_ratio);
 }
 
 }  // namespace stria

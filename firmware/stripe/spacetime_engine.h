@@ -45,19 +45,28 @@ class SpacetimeEngine {
     virtual WindowCounts windows() const = 0;
 
   protected:
-    /// What a row has found. Its pulses come in any order.
+    /// What a row's windows were like.
     struct Row {
-        std::vector<Pulse>* pulses;
         const SampleHistogram* effective;
         std::uint32_t saturated_samples;
     };
+    /// Called once before the bands of each pass; the store holds the frames before `end`.
+    virtual void begin_pass(int /*end*/) {}
     /// Rows [first, last) take the store's frames [begin, end): called for bands in parallel.
     virtual void advance_rows(int first, int last, int begin, int end) = 0;
     /// The sweep is over: closes what is open.
     virtual void finish_rows(int first, int last) = 0;
     /// First frame that an open window may want; `otherwise` if none is open.
     virtual int oldest_needed(int otherwise) const = 0;
-    virtual Row row(int y) = 0;
+    virtual Row row(int y) const = 0;
+    /// After finish_rows(): the widths of a row's pulses, in any order, and its pulses, as
+    /// tidy_row() leaves them.
+    virtual void append_widths(int y, std::vector<float>& widths) = 0;
+    virtual void append_row(int y, std::vector<Pulse>& pulses) = 0;
+
+    /// Orders a row's pulses by pixel, those of a pixel by strength, then time; drops what two
+    /// windows found twice, keeps the strongest of a pixel and suspects weak second ones.
+    void tidy_row(std::vector<Pulse>& pulses) const;
 
     FrameStore frames_;
     const int width_, height_, bits_;
@@ -67,7 +76,6 @@ class SpacetimeEngine {
     bool accept(const Frame& frame);
     void analyse_if_due();
     void analyse();
-    void close_windows();
     void judge_sampling(PulseMap& map);
     void assemble(PulseMap& map);
 

@@ -1,0 +1,88 @@
+#pragma once
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "firmware/stripe/fast_kernels.h"
+#include "firmware/stripe/fast_planes.h"
+#include "firmware/stripe/frame_store.h"
+#include "firmware/stripe/pixel_window.h"
+
+namespace stria::fast {
+
+/// The frames at hand, as the fits read them.
+class FrameTable {
+  public:
+    /// @param period_ns  unit of the times
+    FrameTable(const FrameStore& frames, double period_ns);
+
+    int first() const { return first_; }
+    int end() const { return first_ + static_cast<int>(pixels_.size()); }
+    const std::uint8_t* const* pixels(int frame) const { return pixels_.data() + at(frame); }
+    const double* times(int frame) const { return times_.data() + at(frame); }
+    /// Half the time between the frames before and behind.
+    const float* intervals(int frame) const { return intervals_.data() + at(frame); }
+
+  private:
+    std::size_t at(int frame) const { return static_cast<std::size_t>(frame - first_); }
+
+    int first_;
+    std::vector<const std::uint8_t*> pixels_;
+    std::vector<double> times_;  ///< of row 0, from the first frame on
+    std::vector<float> intervals_;
+};
+
+/// What the fits of a band of rows are about, the same for all of its windows.
+struct FitSetting {
+    const FrameStore& frames;
+    const SensorNoise& noise;
+    const SpacetimeOptions& options;
+    double period_ns;  ///< unit of the kernels' times
+    int width, height;
+    std::uint8_t laser_id, exposure_index;  ///< of the pulses in the planes
+};
+
+/// Fits windows that have closed, kLanes neighbouring pixels together.
+class GroupFits {
+  public:
+    GroupFits(const FitSetting& setting, PulsePlanes& planes, std::vector<RowFinds>& rows);
+
+    /// Takes row y's groups of pixels that wait for no neighbour any more, or have waited long
+    /// (`all`: all that wait), and asks memory for their samples. Says in the row's finds which
+    /// frames the others need.
+    void queue(int y, const RowPlanes& row, bool all);
+    /// A window that has no place in the planes.
+    void queue(int y, const Closed& window);
+    /// Fits what was queued before the last flip(): memory has had the time to bring it.
+    void fit_queued();
+    void flip() { std::swap(queue_, next_); }
+    /// Leaves a window to the reference's fit.
+    void take_plainly(const PixelWindow& window);
+
+  private:
+    void prepare(GroupWindows& group);
+    void fit(const GroupWindows& group);
+    void fit_lanes_apart(const GroupWindows& group);
+    void fill_task(const GroupWindows& group);
+    void copy_samples(std::size_t size);
+    void settle(const GroupWindows& group);
+    void store(const GroupWindows& group, TimeNs middle);
+    template <int kCount>
+    void store_lanes(const PulsePlanes::Row& row, int x, int lane, const TimeNs* times) const;
+    Pulse pulse_of(const GroupWindows& group, int lane, TimeNs t_ns) const;
+
+    FitSetting setting_;
+    WindowLimits limits_;
+    FrameTable table_;
+    PulsePlanes& planes_;
+    std::vector<RowFinds>& rows_;
+    std::vector<GroupWindows> queue_, next_;
+    // Of the group that is being fitted.
+    FitTask task_;
+    int middle_ = 0;  ///< frame from which its times count
+    std::vector<float> times_;
+    std::vector<std::uint8_t> copies_;
+    std::vector<const std::uint8_t*> copied_;
+};
+
+}  // namespace stria::fast

@@ -1,0 +1,214 @@
+// What the fast kernels make of a fit, for one instruction set; included once for each by
+// fast_kernels.cpp.
+#if defined(STRIA_FAST_JUDGE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef STRIA_FAST_JUDGE_INL
+#undef STRIA_FAST_JUDGE_INL
+#else
+#define STRIA_FAST_JUDGE_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstring>
+
+#include "firmware/stripe/fast_kernels.h"
+#include "firmware/stripe/fast_sums-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace stria::fast::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// The kernel judges what is clearly on one side of a limit of the reference's; shares of the
+// limits.
+constexpr float kNarrowest = 0.55f;  // frame periods; the kernel's aperture is exact enough above
+constexpr float kLongEnough = 16;    // samples of a window whose misfit can be called noise
+// Heights in two standard deviations of the background: weaker pulses can be fitted in several
+// ways.
+constexpr float kStrong = 4.0f, kVeryStrong = 10.0f;
+constexpr float kClearlyAbove = 1.03f, kClearlyBelow = 0.97f;
+
+/// The lanes' windows, and what their samples say without a fit.
+class LaneWindows {
+  public:
+    HWY_INLINE LaneWindows(const FitTask& task, int its_lane)
+        : lane(its_lane),
+          begin(hn::Sub(hn::LoadU(DI(), task.windows->begin + lane),
+                        hn::Set(DI(), task.windows->first))),
+          end(hn::Sub(hn::LoadU(DI(), task.windows->end + lane),
+                      hn::Set(DI(), task.windows->first))),
+          count(hn::ConvertTo(DF(), hn::Sub(end, begin))),
+          held(hn::Gt(count, constant(0.0f))),
+          background(hn::LoadU(DF(), task.windows->background + lane)),
+          variance(
+              hn::Add(constant(task.variance_floor),
+                      hn::Mul(constant(task.variance_gain),
+                              hn::Max(hn::Sub(background, constant(task.black)), constant(0.0f))))),
+          noise(hn::Sqrt(variance)),
+          least(hn::Add(noise, noise)),
+          smallest(
+              hn::Max(constant(task.min_amplitude_dn), hn::Mul(constant(task.min_snr), noise))),
+          peak(noise),
+          asked(held) {}
+
+    /// Greatest sample and greatest sum of two successive ones, DN above the tracked background.
+    HWY_INLINE void note(VF its_peak, VF pair) {
+        peak = its_peak;
+        asked = hn::And(held, hn::Ge(pair, hn::Mul(constant(1.05f), smallest)));
+    }
+    HWY_INLINE void count_effective(VF samples, FitTask& out) const {
+        const DF d;
+        const VF level = hn::LoadU(d, out.windows->level + lane);
+        const MF counted =
+            hn::And(held, hn::Ge(peak, hn::Mul(constant(2.0f), hn::Sub(level, background))));
+        const VF bin =
+            hn::Add(hn::Mul(hn::Sub(samples, constant(1.0f)), constant(20.0f)), constant(0.5f));
+        const VF last = constant(kSampleBins - 1), none = constant(kSampleBins);
+        hn::StoreU(hn::ConvertTo(DI(), hn::IfThenElse(counted, hn::Min(bin, last), none)), DI(),
+                   out.effective_bin + lane);
+    }
+
+    const int lane;
+    const VI begin, end;  ///< samples from the group's first on; equal: no window
+    const VF count;
+    const MF held;        ///< lanes with a window
+    const VF background;  ///< DN, as tracked; below: DN above it
+    const VF variance, noise;
+    const VF least;     ///< of a sample of a pulse
+    const VF smallest;  ///< height of a pulse
+    VF peak;
+    MF asked;  ///< windows that may hold a pulse
+};
+
+/// The lanes' fits so far, and the verdict about them.
+class Found {
+  public:
+    HWY_INLINE explicit Found(const LaneWindows& lanes)
+        : lanes_(lanes),
+          degrees_(hn::Max(hn::Sub(lanes.count, constant(4.0f)), constant(1.0f))),
+          spread_(hn::Sqrt(hn::Div(constant(2.0f), degrees_))),
+          chi_square_(constant(0.0f)),
+          squares_(chi_square_),
+          place_variance_(chi_square_),
+          height_variance_(chi_square_),
+          greatest_(chi_square_) {
+        model = Model(chi_square_, chi_square_, chi_square_, chi_square_);
+    }
+
+    /// For the lanes `open`: a better model, its chi-square and the sum of squared residuals, the
+    /// variances of position / width and of the height's logarithm.
+    HWY_INLINE void note(MF open, const Model& next, VF chi_square, VF squares, VF place_variance,
+                         VF height_variance) {
+        model.height = hn::IfThenElse(open, next.height, model.height);
+        model.position = hn::IfThenElse(open, next.position, model.position);
+        model.width = hn::IfThenElse(open, next.width, model.width);
+        model.level = hn::IfThenElse(open, next.level, model.level);
+        chi_square_ = hn::IfThenElse(open, hn::Div(chi_square, degrees_), chi_square_);
+        squares_ = hn::IfThenElse(open, squares, squares_);
+        place_variance_ = hn::IfThenElse(open, place_variance, place_variance_);
+        height_variance_ = hn::IfThenElse(open, height_variance, height_variance_);
+    }
+    HWY_INLINE void note_residual(MF open, VF greatest) {
+        greatest_ = hn::IfThenElse(open, hn::Mul(greatest, constant(0.25f)), greatest_);
+    }
+    /// Chi-square that one in thirty exceeds, and less: nobody asks for the residuals.
+    HWY_INLINE MF is_inconspicuous() const {
+        return hn::Lt(chi_square_, hn::Add(constant(1.0f), hn::Add(spread_, spread_)));
+    }
+
+    /// Writes the lanes' results and what they are taken for. `open`: those that did not converge.
+    HWY_INLINE void report(const FitTask& task, MF open, FitTask& out) {
+        const DF d;
+        const VF blur = constant(task.half_aperture * task.half_aperture / 3.0f);
+        const VF square = hn::Sub(hn::Mul(model.width, model.width), blur);
+        width_ = hn::Sqrt(hn::Max(square, constant(0.01f)));
+        sigma_ = hn::Mul(model.width, hn::Sqrt(place_variance_));
+        amplitude_ = hn::Div(hn::Mul(model.height, model.width), width_);
+        const VF inflation = hn::IfThenElse(hn::Gt(chi_square_, significant()),
+                                            hn::Sqrt(chi_square_), constant(1.0f));
+        hn::StoreU(hn::Mul(hn::Mul(sigma_, inflation), constant(task.period_ns)), d,
+                   out.sigma + lanes_.lane);
+        hn::StoreU(hn::Mul(width_, constant(task.period_ns)), d, out.width + lanes_.lane);
+        hn::StoreU(amplitude_, d, out.amplitude + lanes_.lane);
+        hn::StoreU(model.level, d, out.level + lanes_.lane);
+        hn::StoreU(chi_square_, d, out.chi_square + lanes_.lane);
+
+        const MF sound = hn::AndNot(open, hn::Ge(square, constant(0.01f)));
+        const MF sure =
+            hn::And(hn::And(sound, hn::And(is_clean(task), is_single())), is_certain(task));
+        hn::StoreU(hn::IfThenElseZero(sure, model.position), d, out.position + lanes_.lane);
+        out.lanes |= bits(lanes_.held) << lanes_.lane;
+        out.pulses |= bits(hn::And(lanes_.asked, sure)) << lanes_.lane;
+        out.unsure |= bits(hn::AndNot(sure, lanes_.asked)) << lanes_.lane;
+    }
+
+    Model model;
+
+  private:
+    HWY_INLINE VF significant() const {
+        return hn::Add(constant(1.0f), hn::Mul(constant(3.0f), spread_));
+    }
+    static HWY_INLINE std::uint32_t bits(MF mask) {
+        std::uint8_t bytes[8] = {};
+        hn::StoreMaskBits(DF(), mask, bytes);
+        return std::uint32_t{bytes[0]} | (std::uint32_t{bytes[1]} << 8);
+    }
+
+    /// Not clipped, inside of the window, and of a width that the kernel's aperture is exact for.
+    HWY_INLINE MF is_clean(const FitTask& task) const {
+        const DF d;
+        const VF period = constant(task.period);
+        const VI last = hn::Max(hn::Sub(lanes_.end, hn::Set(DI(), 1)), lanes_.begin);
+        const VI none = hn::Zero(DI());  // lanes without a window read some time
+        const MF inside = hn::And(
+            hn::Gt(model.position,
+                   hn::Add(hn::GatherIndex(d, task.x, hn::Max(lanes_.begin, none)), period)),
+            hn::Lt(model.position,
+                   hn::Sub(hn::GatherIndex(d, task.x, hn::Max(last, none)), period)));
+        const MF wide = hn::And(hn::Gt(width_, constant(kNarrowest * task.period)),
+                                hn::Lt(width_, constant(0.6f * task.max_width)));
+        const MF clipped = hn::Ge(hn::Add(lanes_.peak, lanes_.background), constant(255.0f));
+        return hn::AndNot(clipped, hn::And(inside, wide));
+    }
+
+    /// True if the reference's fit, too, would leave it at a single pulse: the misfit is what noise
+    /// makes of one in some hundred strong pulses, and nothing is left over that may be another.
+    HWY_INLINE MF is_single() const {
+        const VF limit = significant();
+        const MF quiet = hn::Lt(chi_square_, hn::Mul(constant(0.998f), limit));
+        const MF noise =
+            hn::And(hn::And(hn::Gt(chi_square_, hn::Mul(constant(1.002f), limit)),
+                            hn::Le(chi_square_, hn::Mul(constant(1.5f), limit))),
+                    hn::And(hn::Ge(model.height, hn::Mul(constant(kVeryStrong), lanes_.least)),
+                            hn::Ge(lanes_.count, constant(kLongEnough))));
+        const MF nothing_left = hn::Lt(greatest_, hn::Mul(constant(0.45f), lanes_.smallest));
+        return hn::Or(is_inconspicuous(), hn::And(hn::Or(quiet, noise), nothing_left));
+    }
+
+    /// Sure of a pulse, never of none: the reference may find a narrow one between the samples. A
+    /// weak pulse over black, where the noise's slope has a bend, may have two solutions.
+    HWY_INLINE MF is_certain(const FitTask& task) const {
+        const VF height = model.height;
+        const MF dark = hn::And(hn::Lt(hn::Sub(model.level, constant(task.black)),
+                                       hn::Mul(constant(0.5f), lanes_.least)),
+                                hn::Lt(height, hn::Mul(constant(kVeryStrong), lanes_.least)));
+        const MF strong =
+            hn::And(hn::Ge(height, hn::Mul(constant(kStrong), lanes_.least)),
+                    hn::Gt(height, hn::Mul(constant(kClearlyAbove), lanes_.smallest)));
+        const VF rms = hn::Sqrt(hn::Div(squares_, lanes_.count));
+        const VF misfit = hn::Mul(constant(kClearlyBelow * task.max_misfit), amplitude_);
+        const MF placed =
+            hn::And(hn::Lt(sigma_, hn::Mul(constant(0.8f), width_)),
+                    hn::Lt(hn::Mul(constant(16.0f), height_variance_), constant(1.0f)));
+        return hn::And(hn::AndNot(dark, strong), hn::And(placed, hn::Lt(rms, misfit)));
+    }
+
+    const LaneWindows& lanes_;
+    const VF degrees_, spread_;
+    VF chi_square_, squares_, place_variance_, height_variance_, greatest_;
+    VF width_, sigma_, amplitude_;
+};
+
+}  // namespace stria::fast::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "host/core/errors.h"
+#include "host/io/camera_toml.h"
 #include "host/io/image_io.h"
 #include "host/io/mesh_io.h"
 #include "host/io/toml_file.h"
@@ -47,31 +48,6 @@ Rigid3 rigid(TomlTable& table, const std::string& key) {
         table.refuse(key, "expected 16 numbers of a rigid motion, row by row");
     if (!is_rigid(motion, 1e-12)) motion.rotation = nearest_rotation(motion.rotation);
     return motion;
-}
-
-CameraModel parse_camera(TomlTable table) {
-    CameraModel camera;
-    const std::string model = table.text("model");
-    const auto kind = lens_kind_from(model);
-    if (!kind) table.refuse("model", "expected pinhole, brown5 or rational8, found " + model);
-    camera.kind = *kind;
-    camera.width = static_cast<int>(std::clamp<std::int64_t>(table.integer("width"), -1, 1 << 20));
-    camera.height =
-        static_cast<int>(std::clamp<std::int64_t>(table.integer("height"), -1, 1 << 20));
-    camera.fx = table.number("fx");
-    camera.fy = table.number("fy");
-    camera.cx = table.number("cx");
-    camera.cy = table.number("cy");
-    const auto count = static_cast<std::size_t>(distortion_count(camera.kind));
-    if (count > 0 || table.has("distortion")) {
-        const std::vector<double> d = table.numbers("distortion");
-        if (d.size() != count)
-            table.refuse("distortion", "expected " + std::to_string(count) + " numbers, found " +
-                                           std::to_string(d.size()));
-        std::copy(d.begin(), d.end(), camera.distortion.begin());
-    }
-    if (const std::string why = validate(camera); !why.empty()) table.refuse("width", why);
-    return camera;
 }
 
 ScannerPreset parse_preset(TomlTable& root) {
@@ -293,7 +269,8 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::s
     const auto machine = machine_kind_from(kind);
     if (!machine) scanner.refuse("kind", "expected swept, rail or turntable, found " + kind);
     scene.channel.axis.kind = *machine;
-    scene.channel.camera = parse_camera(root.table("camera"));
+    TomlTable camera = root.table("camera");
+    scene.channel.camera = read_camera_keys(camera);
     scene.sensor = preset.sensor;
     if (auto sensor = root.find_table("sensor"))
         scene.sensor = parse_sensor(std::move(*sensor), preset.sensor);

@@ -2,10 +2,10 @@
 // PNG of each, one pixel a cell. White: right; yellow: flagged; red: wrong and not flagged; grey:
 // lit, but no point; black: not lit.
 #include <cstdio>
-#include <filesystem>
 #include <string>
 
 #include "host/io/image_io.h"
+#include "tests/bench/picture_files.h"
 #include "tests/host/scan/ghost_trials.h"
 
 namespace stria {
@@ -19,18 +19,15 @@ void draw(const std::string& file, const Scene& scene) {
                 scan.count.points);
 }
 
+void draw_all(const std::string& folder) {
+    draw(folder + "/groove_80.png", test::groove_scene(80, 0.9, 800, 200));
+    draw(folder + "/mirror.png", test::mirror_scene(560, 300));
+    draw(folder + "/plain.png", test::plain_scene(400, 320));
+}
+
 }  // namespace
 }  // namespace stria
 
 int main(int argc, char** argv) {
-    if (argc != 2) {
-        std::fprintf(stderr, "usage: ghost_pictures FOLDER\n");
-        return 2;
-    }
-    const std::string folder = argv[1];
-    std::filesystem::create_directories(folder);
-    stria::draw(folder + "/groove_80.png", stria::test::groove_scene(80, 0.9, 800, 200));
-    stria::draw(folder + "/mirror.png", stria::test::mirror_scene(560, 300));
-    stria::draw(folder + "/plain.png", stria::test::plain_scene(400, 320));
-    return 0;
+    return stria::test::draw_into_folder(argc, argv, stria::draw_all);
 }

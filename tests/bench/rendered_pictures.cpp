@@ -3,13 +3,10 @@
 // their centres of light make of it (tests/host/cli/rendered_profile.h), and prints their files.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "host/io/whole_file.h"
-#include "host/render/plot.h"
+#include "tests/bench/picture_files.h"
 #include "tests/host/cli/rendered_profile.h"
 
 namespace stria {
@@ -51,11 +48,7 @@ void draw(const std::string& file, const RenderedProfile& profile, int most_a_ro
     plot.series = {surface_of(profile, reach), dots("spatial, centre of gravity", at.peaks, reach),
                    dots("spacetime", at.pulses, reach),
                    dots("its centres of light", at.centred, reach)};
-    std::string svg = line_plot_svg(plot);
-    if (svg.find("xmlns=") == std::string::npos)
-        svg.insert(svg.find("<svg") + 4, " xmlns=\"http://www.w3.org/2000/svg\"");
-    write_whole_file(file, svg);
-    std::printf("%s\n", file.c_str());
+    test::write_plot(file, plot);
 }
 
 void draw_all(const std::string& folder) {
@@ -70,11 +63,5 @@ void draw_all(const std::string& folder) {
 }  // namespace stria
 
 int main(int argc, char** argv) {
-    if (argc != 2) {
-        std::fprintf(stderr, "usage: rendered_pictures FOLDER\n");
-        return 2;
-    }
-    std::filesystem::create_directories(argv[1]);
-    stria::draw_all(argv[1]);
-    return 0;
+    return stria::test::draw_into_folder(argc, argv, stria::draw_all);
 }

@@ -2,13 +2,10 @@
 // true surface and the points that spatial peaks and spacetime pulses make of it, in closed-form
 // light (tests/firmware/stripe/lit_profile.h).
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "host/io/whole_file.h"
-#include "host/render/plot.h"
+#include "tests/bench/picture_files.h"
 #include "tests/firmware/stripe/lit_profile.h"
 
 namespace stria {
@@ -44,11 +41,7 @@ void draw(const std::string& file, const test::LitProfile& p) {
     LinePlot plot{.x = {"along the sweep", "sigma_b"}, .y = {"height", "sigma_b"}, .series = {}};
     plot.series = {surface_of(p), dots("spatial, centre of gravity", p, sweep.spatial_peaks(2)),
                    dots("spacetime", p, sweep.spacetime_pulses())};
-    std::string svg = line_plot_svg(plot);
-    if (svg.find("xmlns=") == std::string::npos)
-        svg.insert(svg.find("<svg") + 4, " xmlns=\"http://www.w3.org/2000/svg\"");
-    write_whole_file(file, svg);
-    std::printf("%s\n", file.c_str());
+    test::write_plot(file, plot);
 }
 
 void draw_all(const std::string& folder) {
@@ -67,11 +60,5 @@ void draw_all(const std::string& folder) {
 }  // namespace stria
 
 int main(int argc, char** argv) {
-    if (argc != 2) {
-        std::fprintf(stderr, "usage: stripe_pictures FOLDER\n");
-        return 2;
-    }
-    std::filesystem::create_directories(argv[1]);
-    stria::draw_all(argv[1]);
-    return 0;
+    return stria::test::draw_into_folder(argc, argv, stria::draw_all);
 }

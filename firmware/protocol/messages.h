@@ -35,7 +35,7 @@ struct Feature {
     std::string description;
     FeatureValue value;
     Access access = Access::read;
-    std::optional<FeatureRange> range;  ///< of numbers
+    std::optional<FeatureRange> range;  ///< of numbers; false and true are 0 and 1
     bool operator==(const Feature&) const = default;
 };
 

@@ -84,6 +84,27 @@ DeviceFeature image_paths(const DeviceSettings& settings) {
             {}};
 }
 
+/// Whether the SIMD kernels analyse a sweep; its range says why they cannot.
+DeviceFeature fast_spacetime(const CameraInfo& camera, DeviceSettings& settings) {
+    const std::string why_not = why_not_fast(camera, settings.acquire);
+    const auto read = [why_not, &settings] {
+        return Feature{
+            "FastSpacetime",
+            "",
+            "Whether SIMD kernels analyse sweeps of surface points in spacetime; else "
+            "the slower reference does, whose pulses are the same within stated bounds.",
+            settings.acquire.spacetime.fast && why_not.empty(),
+            Access::read_write,
+            FeatureRange{0.0, why_not.empty() ? 1.0 : 0.0,
+                         why_not.empty() ? "samples of 8 bits: both are there" : why_not}};
+    };
+    const auto write = [&settings](const FeatureValue& value) -> Status {
+        settings.acquire.spacetime.fast = std::get<bool>(value);
+        return {};
+    };
+    return {read, write};
+}
+
 void add_axis(std::vector<DeviceFeature>& list, const AxisInfo& axis, const std::string& kind) {
     const std::string unit = kind == "rail" ? "mm" : "rad";
     list.push_back(fixed(
@@ -99,6 +120,15 @@ void add_axis(std::vector<DeviceFeature>& list, const AxisInfo& axis, const std:
 }
 
 }  // namespace
+
+std::string why_not_fast(const CameraInfo& camera, const AcquireOptions& options) {
+    if (camera.bits != 8)
+        return "the kernels take samples of 8 bits; the reference analyses this camera's " +
+               std::to_string(camera.bits);
+    if (!options.spacetime_per_pixel)
+        return "this machine moves the part; its pulses are followed along image paths";
+    return "";
+}
 
 std::vector<DeviceFeature> common_features(const ServedDevice& device, DeviceSettings& settings) {
     const CameraInfo camera = device.devices.camera.info();
@@ -119,6 +149,7 @@ std::vector<DeviceFeature> common_features(const ServedDevice& device, DeviceSet
     list.push_back(frame_rate(camera, settings));
     list.push_back(laser_power(settings));
     list.push_back(image_paths(settings));
+    list.push_back(fast_spacetime(camera, settings));
     add_axis(list, device.devices.axis.info(), device.kind);
     Interlock& interlock = device.devices.interlock;
     list.push_back(

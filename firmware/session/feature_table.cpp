@@ -42,6 +42,7 @@ Result<FeatureValue> converted(const FeatureValue& value, const FeatureValue& li
 
 std::optional<double> number_of(const FeatureValue& value) {
     if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+    if (const auto* flag = std::get_if<bool>(&value)) return *flag ? 1.0 : 0.0;
     if (const auto* number = std::get_if<double>(&value)) return *number;
     return std::nullopt;
 }

@@ -32,4 +32,8 @@ struct DeviceSettings {
 };
 std::vector<DeviceFeature> common_features(const ServedDevice& device, DeviceSettings& settings);
 
+/// Empty if the SIMD kernels can analyse this machine's sweeps in spacetime
+/// (SpacetimeOptions::fast), else why the reference does: frames of more than 8 bits, image paths.
+std::string why_not_fast(const CameraInfo& camera, const AcquireOptions& options);
+
 }  // namespace stria

@@ -8,6 +8,7 @@
 #include "firmware/stripe/path_spacetime.h"
 #include "firmware/stripe/spacetime.h"
 #include "firmware/stripe/spatial.h"
+#include "host/cli/fast_analysis.h"
 #include "host/core/errors.h"
 #include "host/geometry/parallel.h"
 #include "host/io/model_io.h"
@@ -89,8 +90,9 @@ PulseMap analysed(const RecordingContents& recording, Pass frames, const std::st
                         "mode = \"spatial\" in its plan");
         return along_paths(recording, frames, *model, name);
     }
-    SpacetimeAnalyser analyser(first.width, first.height, first.bits, noise,
-                               {.threads = thread_count()});
+    SpacetimeAnalyser analyser(
+        first.width, first.height, first.bits, noise,
+        {.threads = thread_count(), .fast = was_fast_analysis(recording.snapshot)});
     for (const Frame& frame : frames) analyser.add(frame);
     return analyser.finish();
 }

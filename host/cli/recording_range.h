@@ -7,10 +7,10 @@
 namespace stria {
 
 /// The sweep's pulses: those the device found, or where only frames were recorded, found here as
-/// the plan says; spacetime on a rail or turntable follows the image paths of `model`. Several maps
-/// of one grid (exposures, directions, lasers) are merged (host/scan/merge_passes.h).
-/// Throws stria::Error if there is neither, if the sweep was undersampled, or if paths are needed
-/// and no model is known.
+/// the plan says (fast where the device was set to, fast_analysis.h); spacetime on a rail or
+/// turntable follows the image paths of `model`. Several maps of one grid (exposures, directions,
+/// lasers) are merged (host/scan/merge_passes.h). Throws stria::Error if there is neither, if the
+/// sweep was undersampled, or if paths are needed and no model is known.
 /// @param name   stands for the recording in errors
 /// @param model  nullptr: not known yet
 PulseMap pulses_of(const RecordingContents& recording, const std::string& name,

@@ -32,6 +32,8 @@ class DemoVerb final : public Verb {
     void declare(Arguments& arguments) override {
         arguments.option("--out", options_.folder, "folder for everything it makes");
         arguments.flag("--quick", options_.quick, "a smaller camera and fewer views");
+        arguments.flag("--fast", options_.fast,
+                       "the scanner's SIMD kernels analyse the sweeps (feature FastSpacetime)");
     }
 
     int run(const Context& context) override {

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "host/cli/fast_analysis.h"
 #include "host/cli/progress.h"
 #include "host/cli/recording_range.h"
 #include "host/cli/verbs.h"
@@ -62,6 +63,8 @@ class ScanVerb final : public Verb {
         arguments.option("--model", model_,
                          "calibrated scanner; without it the project's scanner.toml");
         arguments.option("--view", view_, "simulated devices: which placement of the objects");
+        arguments.flag("--fast", fast_,
+                       "the device's SIMD kernels analyse the sweep (feature FastSpacetime)");
     }
 
     int run(const Context& context) override {
@@ -72,6 +75,7 @@ class ScanVerb final : public Verb {
         if (view_ >= 0) device->set_feature("SceneView", FeatureValue(std::int64_t{view_}));
         const Snapshot info = device->info();
         const ScanPlan plan = plan_.empty() ? default_plan(info) : read_plan(plan_);
+        if (fast_) ask_for_fast_analysis(*device, plan);
         const Project project = open_or_create_project(out_);
         const std::string model_path = keep_model(context, project);
         send_paths(context, *device, info, plan, model_path);
@@ -89,6 +93,7 @@ class ScanVerb final : public Verb {
                         "; what came is in " + folder.recording());
         }
         result.set("complete", true)
+            .set("fast", was_fast_analysis(recording.snapshot))
             .set("frames", static_cast<int>(recording.end->frames))
             .set("frames_dropped", static_cast<int>(recording.end->frames_dropped));
         if (model_path.empty()) {
@@ -157,6 +162,7 @@ class ScanVerb final : public Verb {
 
     std::string device_, out_, plan_, model_;
     int view_ = -1;
+    bool fast_ = false;
 };
 
 }  // namespace

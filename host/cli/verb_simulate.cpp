@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "firmware/core/median.h"
+#include "host/cli/fast_analysis.h"
 #include "host/cli/progress.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
@@ -79,6 +80,8 @@ class SimulateVerb final : public Verb {
                          "frames while the stripe moves by its standard deviation: 0.7, 1.2, 2");
         arguments.option("--plan", plan_, "plan.toml to carry out instead of a preset");
         arguments.option("--view", view_, "number of the scene's view, from 0");
+        arguments.flag("--fast", fast_,
+                       "the scanner's SIMD kernels analyse the sweep (feature FastSpacetime)");
     }
 
     int run(const Context& context) override {
@@ -94,6 +97,7 @@ class SimulateVerb final : public Verb {
         LocalScanner local(scene, options);
         local.scanner().set_view(view_);
         const ScanPlan plan = make_plan(local.scanner());
+        if (fast_) ask_for_fast_analysis(local, plan);
 
         const auto begin = std::chrono::steady_clock::now();
         const RecordingContents contents = scan(context, local, plan);
@@ -219,6 +223,7 @@ class SimulateVerb final : public Verb {
 
     std::string scene_, out_, preset_ = "standard", plan_;
     int view_ = 0;
+    bool fast_ = false;
     bool frames_ = false;
     std::vector<double> frame_s_;
     std::function<double(TimeNs)> true_s_of_;

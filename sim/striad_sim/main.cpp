@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "firmware/session/device_server.h"
+#include "firmware/session/feature_table.h"
 #include "firmware/transport/socket.h"
 #include "sim/striad_sim/served_scanner.h"
 
@@ -30,6 +31,7 @@ struct Settings {
     unsigned seed = 1;
     int threads = 1;
     std::string spool;
+    bool fast = false;
     bool quiet = false;
 };
 
@@ -47,11 +49,19 @@ Listeners open_listeners(const std::vector<std::string>& addresses) {
     return listeners;
 }
 
+ServedDevice served(SimulatedScanner& scanner, const Settings& settings) {
+    ServedDevice device = served_scanner(scanner, settings.threads);
+    device.acquire.spacetime.fast = settings.fast;
+    if (!settings.fast) return device;
+    const std::string why_not = why_not_fast(device.devices.camera.info(), device.acquire);
+    if (!why_not.empty()) throw std::runtime_error("--fast: " + why_not);
+    return device;
+}
+
 void serve_until_stopped(const Settings& settings) {
     SimulatedScanner scanner(read_scene(settings.scene), settings.seed);
     const Listeners listeners = open_listeners(settings.listen);
-    DeviceServer server(served_scanner(scanner, settings.threads),
-                        {.spool_folder = settings.spool});
+    DeviceServer server(served(scanner, settings), {.spool_folder = settings.spool});
     if (!settings.quiet) {
         for (const auto& listener : listeners)
             std::printf("listening on %s\n", to_string(listener->address()).c_str());
@@ -85,6 +95,8 @@ int main(int argc, char** argv) {
     app.add_option("--spool", settings.spool,
                    "folder that keeps each run until its client has it safe")
         ->check(CLI::ExistingDirectory);
+    app.add_flag("--fast", settings.fast,
+                 "start with the feature FastSpacetime set: SIMD kernels analyse sweeps");
     app.add_flag("--quiet", settings.quiet, "say nothing but errors");
     try {
         app.parse(argc, argv);

@@ -9,6 +9,7 @@
 #include "host/cli/calibration_views.h"
 #include "host/cli/demo/demo_capture.h"
 #include "host/cli/demo/demo_scene.h"
+#include "host/cli/fast_analysis.h"
 #include "host/cli/progress.h"
 #include "host/cli/recording_range.h"
 #include "host/core/errors.h"
@@ -48,16 +49,18 @@ std::unique_ptr<DeviceClient> open_scene(const std::string& scene, const Context
 }
 
 std::vector<std::string> capture(const Context& context, const std::string& scene,
-                                 const char* title, const ScanPlan& plan, int views,
+                                 const char* title, const ScanPlan& plan, bool fast, int views,
                                  const std::string& folder) {
     std::unique_ptr<Progress> progress;
-    return capture_views([&] { return open_scene(scene, context); }, plan, views, folder,
-                         [&](std::size_t done, std::size_t total) {
-                             if (!progress)
-                                 progress =
-                                     std::make_unique<Progress>(context, title, total, "frames");
-                             progress->update(done);
-                         });
+    const auto open = [&] {
+        auto device = open_scene(scene, context);
+        if (fast) ask_for_fast_analysis(*device, plan);
+        return device;
+    };
+    return capture_views(open, plan, views, folder, [&](std::size_t done, std::size_t total) {
+        if (!progress) progress = std::make_unique<Progress>(context, title, total, "frames");
+        progress->update(done);
+    });
 }
 
 ScannerModel calibrate(const std::vector<std::string>& recordings, const DemoSetup& setup,
@@ -262,7 +265,7 @@ DemoResult run_demo(const Context& context, const DemoOptions& options) {
 
     clock.begin("board sweeps");
     const auto boards = capture(context, folders.scenes + "/board.toml", "sweeping over the board",
-                                setup.board_plan, setup.board_views, folders.boards);
+                                setup.board_plan, options.fast, setup.board_views, folders.boards);
     clock.begin("calibration");
     const ScannerModel model = calibrate(boards, setup, result);
     write_scanner(folders.part + "/scanner.toml", model);
@@ -270,7 +273,7 @@ DemoResult run_demo(const Context& context, const DemoOptions& options) {
     clock.begin("object sweeps");
     const std::string object = folders.scenes + "/object.toml";
     const auto scans = capture(context, object, "scanning the object", setup.object_plan,
-                               setup.object_views, folders.part + "/scans");
+                               options.fast, setup.object_views, folders.part + "/scans");
     result.stripe_frames = sample_stripe_frames(*open_scene(object, context), setup.object_plan, 3);
 
     clock.begin("range images");

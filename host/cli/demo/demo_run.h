@@ -14,6 +14,7 @@ namespace stria {
 struct DemoOptions {
     std::string folder;
     bool quick = false;
+    bool fast = false;  ///< the scanner's SIMD kernels analyse the sweeps
 };
 
 /// One step of joint registration, for the convergence plot.

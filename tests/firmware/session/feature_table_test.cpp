@@ -54,5 +54,40 @@ TEST_F(Features, WholeNumbersAreNumbersToo) {
     EXPECT_EQ(settings.acquire.exposure_ns, 2 * kNsPerMs);
 }
 
+TEST_F(Features, FastSpacetimeIsForSurfacePointsOf8Bits) {
+    ASSERT_EQ(std::get<bool>(table.get("FastSpacetime")->value), false);
+    ASSERT_TRUE(table.set("FastSpacetime", true));
+    EXPECT_TRUE(settings.acquire.spacetime.fast);
+    EXPECT_EQ(std::get<bool>(table.get("FastSpacetime")->value), true);
+    ASSERT_TRUE(table.set("FastSpacetime", std::int64_t{0}));
+    EXPECT_FALSE(settings.acquire.spacetime.fast);
+    EXPECT_NE(refusal("FastSpacetime", 0.5).find("expected true or false"), std::string::npos);
+}
+
+TEST_F(Features, FastSpacetimeOfAMachineWithImagePathsSaysWhyNot) {
+    DeviceSettings rail;
+    rail.acquire.spacetime_per_pixel = false;
+    rail.acquire.spacetime.fast = true;  // asked for, and of no effect
+    FeatureTable of_rail(common_features(device, rail));
+    EXPECT_EQ(std::get<bool>(of_rail.get("FastSpacetime")->value), false);
+    const auto done = of_rail.set("FastSpacetime", true);
+    ASSERT_FALSE(done);
+    EXPECT_NE(done.failure().message.find("expected 0 to 0 (this machine moves the part"),
+              std::string::npos)
+        << done.failure().message;
+}
+
+TEST_F(Features, FastSpacetimeOfAnotherDepthSaysThatTheReferenceAnalyses) {
+    CameraInfo camera;
+    for (const int bits : {10, 12, 16}) {
+        camera.bits = bits;
+        EXPECT_NE(why_not_fast(camera, {})
+                      .find("8 bits; the reference analyses this camera's " + std::to_string(bits)),
+                  std::string::npos);
+    }
+    camera.bits = 8;
+    EXPECT_EQ(why_not_fast(camera, {}), "");
+}
+
 }  // namespace
 }  // namespace stria

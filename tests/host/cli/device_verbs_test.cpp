@@ -153,6 +153,21 @@ TEST_F(DeviceVerbs, ScanRangeReplayAndReportAgree) {
     EXPECT_TRUE(says(read_whole_file(folder_ / "report.html"), "data:image/png"));
 }
 
+TEST_F(DeviceVerbs, ScanChoosesTheFastAnalysisAndItsRecordingSaysSo) {
+    const std::string part = folder_ / "part";
+    Said said = stria(
+        {"scan", device_, "--out", part, "--plan", folder_ / "plan.toml", "--fast", "--json"});
+    ASSERT_EQ(said.code, 0) << said.err;
+    EXPECT_TRUE(says(said.out, "\"fast\": true")) << said.out;
+    said = stria({"features", "replay:" + part + "/scans/0001/recording.stria", "FastSpacetime"});
+    EXPECT_TRUE(says(said.out, "FastSpacetime = true")) << said.out;
+    write_whole_file(folder_ / "spatial.toml",
+                     "mode = \"spatial\"\nfrom = -0.02\nto = 0.02\nstep = 0.0006\n");
+    said = stria({"scan", device_, "--out", part, "--plan", folder_ / "spatial.toml", "--fast"});
+    EXPECT_EQ(said.code, 1);
+    EXPECT_TRUE(says(said.err, "--fast: expected a plan")) << said.err;
+}
+
 TEST_F(DeviceVerbs, WhatCannotBeIsRefusedAndLeavesNothingBehind) {
     const auto start = std::chrono::steady_clock::now();
     EXPECT_EQ(stria({"info", "unix:" + (folder_ / "nobody")}).code, 1);

@@ -136,5 +136,42 @@ TEST_F(LocalScannerTest, UnknownKindsOfDeviceAreNamed) {
     }
 }
 
+TEST_F(LocalScannerTest, FastSpacetimeFindsThePulsesOfTheReference) {
+    PulseMap reference, fast;
+    for (PulseMap* map : {&reference, &fast}) {
+        LocalScanner device(scene_);
+        device.set_feature("FastSpacetime", map == &fast);
+        *map = device.run(small_sweep(scene_)).pulse_maps.at(0);
+    }
+    ASSERT_GT(fast.pulses.size(), 1000U);
+    EXPECT_EQ(fast.cell_begin, reference.cell_begin);
+    ASSERT_EQ(fast.pulses.size(), reference.pulses.size());
+    std::size_t of_other_bits = 0;
+    for (std::size_t i = 0; i < fast.pulses.size(); ++i) {
+        const Pulse &a = reference.pulses[i], &b = fast.pulses[i];
+        EXPECT_LE(std::abs(static_cast<double>(a.t_ns - b.t_ns)), 0.1 * a.sigma + 0.002 * a.width);
+        of_other_bits += a.t_ns != b.t_ns;
+    }
+    EXPECT_GT(of_other_bits, fast.pulses.size() / 4);  // it was not the reference again
+}
+
+TEST_F(LocalScannerTest, OfMoreThan8BitsTheReferenceAnalysesAndTheFeatureSaysSo) {
+    scene_.sensor.bits = 12;
+    LocalScanner device(scene_);
+    const Feature feature = device.feature("FastSpacetime");
+    EXPECT_EQ(std::get<bool>(feature.value), false);
+    ASSERT_TRUE(feature.range);
+    EXPECT_EQ(feature.range->max, 0.0);
+    EXPECT_NE(feature.range->reason.find("the reference analyses this camera's 12"),
+              std::string::npos);
+    try {
+        device.set_feature("FastSpacetime", true);
+        ADD_FAILURE() << "12 bits were taken";
+    } catch (const DeviceError& error) {
+        EXPECT_NE(std::string(error.what()).find("8 bits"), std::string::npos) << error.what();
+    }
+    EXPECT_GT(device.run(small_sweep(scene_)).pulse_maps.at(0).pulses.size(), 1000U);
+}
+
 }  // namespace
 }  // namespace stria

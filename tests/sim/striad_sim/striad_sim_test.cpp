@@ -122,6 +122,22 @@ TEST_F(StriadSim, KilledItIsAnErrorForItsClientInTime) {
     EXPECT_EQ(next.stop(SIGINT), 0);
 }
 
+TEST_F(StriadSim, StartsWithTheFastAnalysisIfAsked) {
+    Process server({scene_, "--listen", socket_, "--fast"});
+    const auto device = connect_device(server.addresses(1).at(0));
+    EXPECT_EQ(std::get<bool>(device->feature("FastSpacetime").value), true);
+    EXPECT_EQ(std::get<bool>(device->set_feature("FastSpacetime", false).value), false);
+    EXPECT_EQ(server.stop(SIGTERM), 0);
+
+    Scene deep = small_scene();
+    deep.sensor.bits = 12;
+    std::ofstream(scene_) << format_scene(deep);
+    Process refused({scene_, "--listen", socket_, "--fast"});
+    EXPECT_EQ(refused.wait(), 1);
+    EXPECT_NE(refused.output().find("the reference analyses this camera's 12"), std::string::npos)
+        << refused.output();
+}
+
 TEST_F(StriadSim, SaysWhatIsWrongWithItsArguments) {
     Process no_scene({(folder_ / "none.toml").string(), "--listen", socket_});
     EXPECT_EQ(no_scene.wait(), 1);

@@ -21,8 +21,8 @@ HWY_BEFORE_NAMESPACE();
 namespace stria::fast::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-constexpr int kMaxIterations = 16;
-constexpr int kFullSteps = 6;  // then half ones: what hops to and fro settles
+constexpr int kMaxIterations = 9;  // what takes longer is not sure of its solution
+constexpr int kFullSteps = 6;      // then half ones: what hops to and fro settles
 // A step's remainder, in sigmas, is about twice its length times the relative change since the
 // matrix was made, or the relative noise: its square, over 4, that is small enough.
 constexpr float kSettled = 4e-4f;

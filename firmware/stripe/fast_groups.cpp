@@ -10,6 +10,9 @@ namespace stria::fast {
 namespace {
 
 constexpr int kPatience = 8;  // frames that a window waits for its neighbours'
+// Of a gap between frames: mean periods from which on it is one, and times a pulse's width up to
+// which it does no harm.
+constexpr float kWideGap = 1.5f, kGapWidths = 1.5f;
 constexpr std::uint32_t kAllLanes = (1u << kLanes) - 1u;
 static_assert(kSampleBins == std::tuple_size_v<SampleHistogram>);
 
@@ -149,6 +152,7 @@ void GroupFits::fit(const GroupWindows& group) {
     }
     fill_task(group);
     fit_group(task_);
+    doubt_pulses_in_gaps();
     settle(group);
 }
 
@@ -193,6 +197,24 @@ void GroupFits::copy_samples(std::size_t size) {
     }
     task_.samples = copied_.data();
     task_.offset = 0;
+}
+
+/// Beside a gap between frames that is wide against a pulse there may be another place and width
+/// for it, as likely: such pulses are the reference's.
+void GroupFits::doubt_pulses_in_gaps() {
+    const int length = task_.windows->past - task_.windows->first;
+    for (int i = 1; i < length; ++i) {
+        const float low = task_.x[i - 1], high = task_.x[i], gap = high - low;
+        if (gap < kWideGap * task_.period) continue;
+        for (std::uint32_t bits = task_.pulses; bits != 0; bits &= bits - 1) {
+            const int lane = std::countr_zero(bits);
+            const float width = task_.width[lane] / task_.period_ns;
+            const float place = task_.position[lane];
+            if (gap < kGapWidths * width || place < low - gap || place > high + gap) continue;
+            task_.pulses &= ~(1u << lane);
+            task_.unsure |= 1u << lane;
+        }
+    }
 }
 
 void GroupFits::settle(const GroupWindows& group) {

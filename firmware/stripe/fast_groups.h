@@ -65,6 +65,7 @@ class GroupFits {
     void fit_lanes_apart(const GroupWindows& group);
     void fill_task(const GroupWindows& group);
     void copy_samples(std::size_t size);
+    void doubt_pulses_in_gaps();
     void settle(const GroupWindows& group);
     void store(const GroupWindows& group, TimeNs middle);
     template <int kCount>

@@ -25,6 +25,10 @@ constexpr float kLongEnough = 16;    // samples of a window whose misfit can be 
 // Heights in two standard deviations of the background: weaker pulses can be fitted in several
 // ways.
 constexpr float kStrong = 4.0f, kVeryStrong = 10.0f;
+// Widths (periods) below which a misfit may be one of two ways between few samples, and that a
+// window must be long so that height, width and background are known apart.
+constexpr float kNarrow = 0.8f, kWindowWidths = 5.0f;
+constexpr float kClearlyPlaced = 0.3f;  // sigma over width: more is where frames are missing
 constexpr float kClearlyAbove = 1.03f, kClearlyBelow = 0.97f;
 
 /// The lanes' windows, and what their samples say without a fit.
@@ -134,7 +138,7 @@ class Found {
 
         const MF sound = hn::AndNot(open, hn::Ge(square, constant(0.01f)));
         const MF sure =
-            hn::And(hn::And(sound, hn::And(is_clean(task), is_single())), is_certain(task));
+            hn::And(hn::And(sound, hn::And(is_clean(task), is_single(task))), is_certain(task));
         hn::StoreU(hn::IfThenElseZero(sure, model.position), d, out.position + lanes_.lane);
         out.lanes |= bits(lanes_.held) << lanes_.lane;
         out.pulses |= bits(hn::And(lanes_.asked, sure)) << lanes_.lane;
@@ -164,15 +168,17 @@ class Found {
                    hn::Add(hn::GatherIndex(d, task.x, hn::Max(lanes_.begin, none)), period)),
             hn::Lt(model.position,
                    hn::Sub(hn::GatherIndex(d, task.x, hn::Max(last, none)), period)));
-        const MF wide = hn::And(hn::Gt(width_, constant(kNarrowest * task.period)),
-                                hn::Lt(width_, constant(0.6f * task.max_width)));
+        const VF longest = hn::Min(constant(0.6f * task.max_width),
+                                   hn::Mul(lanes_.count, constant(task.period / kWindowWidths)));
+        const MF wide =
+            hn::And(hn::Gt(width_, constant(kNarrowest * task.period)), hn::Lt(width_, longest));
         const MF clipped = hn::Ge(hn::Add(lanes_.peak, lanes_.background), constant(255.0f));
         return hn::AndNot(clipped, hn::And(inside, wide));
     }
 
     /// True if the reference's fit, too, would leave it at a single pulse: the misfit is what noise
     /// makes of one in some hundred strong pulses, and nothing is left over that may be another.
-    HWY_INLINE MF is_single() const {
+    HWY_INLINE MF is_single(const FitTask& task) const {
         const VF limit = significant();
         const MF quiet = hn::Lt(chi_square_, hn::Mul(constant(0.998f), limit));
         const MF noise =
@@ -181,7 +187,9 @@ class Found {
                     hn::And(hn::Ge(model.height, hn::Mul(constant(kVeryStrong), lanes_.least)),
                             hn::Ge(lanes_.count, constant(kLongEnough))));
         const MF nothing_left = hn::Lt(greatest_, hn::Mul(constant(0.45f), lanes_.smallest));
-        return hn::Or(is_inconspicuous(), hn::And(hn::Or(quiet, noise), nothing_left));
+        const MF many_samples = hn::Ge(width_, constant(kNarrow * task.period));
+        return hn::Or(is_inconspicuous(),
+                      hn::And(hn::And(hn::Or(quiet, noise), nothing_left), many_samples));
     }
 
     /// Sure of a pulse, never of none: the reference may find a narrow one between the samples. A
@@ -197,7 +205,7 @@ class Found {
         const VF rms = hn::Sqrt(hn::Div(squares_, lanes_.count));
         const VF misfit = hn::Mul(constant(kClearlyBelow * task.max_misfit), amplitude_);
         const MF placed =
-            hn::And(hn::Lt(sigma_, hn::Mul(constant(0.8f), width_)),
+            hn::And(hn::Lt(sigma_, hn::Mul(constant(kClearlyPlaced), width_)),
                     hn::Lt(hn::Mul(constant(16.0f), height_variance_), constant(1.0f)));
         return hn::And(hn::AndNot(dark, strong), hn::And(placed, hn::Lt(rms, misfit)));
     }

@@ -16,9 +16,8 @@ namespace stria {
 /// periods, sigma and width by 5 %, amplitude by 0.2 of a sample's noise and 1.5 %, chi-square by 3
 /// %; the number of pulses and their flags are the same, but for the flag of a width that is at the
 /// limit of its ratio to the median.
-/// Exceptions are known: of random sweeps with options anywhere in their ranges about one in a
-/// thousand holds a cell beyond these bounds (mostly a pulse of good chi-square that the
-/// reference's own fit does not find), one cell in some 100 000.
+/// README.md ("Equal") has the whole list; tests/fuzz and stripe_fast_long_test look for
+/// exceptions.
 std::unique_ptr<SpacetimeEngine> make_fast_engine(int width, int height, const SensorNoise& noise,
                                                   const SpacetimeOptions& options);
 

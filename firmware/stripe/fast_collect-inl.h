@@ -20,14 +20,6 @@ HWY_BEFORE_NAMESPACE();
 namespace stria::fast::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-HWY_INLINE bool any_of_lanes(const std::uint8_t* plane) {
-    std::uint64_t low, high;
-    static_assert(kLanes == 2 * sizeof(low));
-    std::memcpy(&low, plane, sizeof(low));
-    std::memcpy(&high, plane + sizeof(low), sizeof(high));
-    return (low | high) != 0;
-}
-
 /// The windows that wait at kLanes pixels from x on.
 HWY_INLINE void windows_at(const RowPlanes& planes, int x, int now, const WindowLimits& limits,
                            GroupWindows& out) {
@@ -72,16 +64,20 @@ int CollectGroups(const RowPlanes& planes, int width, int now, int patience,
                   const WindowLimits& limits, std::vector<GroupWindows>& groups) {
     int needed = 0;
     for (int x = 0; x < width; x += kLanes) {
-        if (HWY_LIKELY(!any_of_lanes(planes.waiting + x))) continue;
+        const std::uint8_t flags = planes.flags[x / kLanes];
+        if (HWY_LIKELY((flags & kWaiting) == 0)) continue;
         groups.emplace_back();
         GroupWindows& group = groups.back();
         windows_at(planes, x, now, limits, group);
-        if (now - group.inner_past < patience && any_of_lanes(planes.age + x)) {
+        if (now - group.inner_past < patience && (flags & kOpen) != 0) {
             needed = std::max(needed, now - group.first);
             groups.pop_back();
-        } else {
-            std::memset(planes.waiting + x, 0, kLanes);
+            continue;
         }
+        std::memset(planes.waiting + x, 0, kLanes);
+        planes.lower(x, kWaiting);
+        group.found = (flags & kFound) != 0;
+        planes.raise(x, kFound);
     }
     return needed;
 }

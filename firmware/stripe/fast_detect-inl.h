@@ -37,10 +37,20 @@ void SetBackgrounds(const std::uint8_t* const* rows, int width, const RowPlanes&
 
 #else
 
+static_assert(sizeof(std::uint32_t) * kLanes == kPadding);
+
 using D8 = hn::CappedTag<std::uint8_t, kPadding>;
 using D16 = hn::Repartition<std::uint16_t, D8>;
 using V8 = hn::Vec<D8>;
 using V16 = hn::Vec<D16>;
+
+HWY_INLINE bool any_of_lanes(const std::uint8_t* plane) {
+    std::uint64_t low, high;
+    static_assert(kLanes == 2 * sizeof(low));
+    std::memcpy(&low, plane, sizeof(low));
+    std::memcpy(&high, plane + sizeof(low), sizeof(high));
+    return (low | high) != 0;
+}
 
 /// Bytes of even and of odd pixels, each widened.
 struct Halves {
@@ -123,18 +133,17 @@ HWY_INLINE V16 follow(V16 background, V16 sum, V16 level) {
 /// One block of pixels, D8's lanes, whose light is or may be above the threshold: frame by frame.
 class Block {
   public:
-    Block(const RowPlanes& planes, int x, const Levels& levels, const WindowLimits& limits,
+    Block(const RowPlanes& planes, int x, V8 threshold, const WindowLimits& limits,
           std::uint8_t number, std::vector<Closed>& others)
         : planes_(planes),
           x_(x),
-          levels_(levels),
+          threshold_(threshold),
           limits_(limits),
           number_(number),
           others_(others) {}
 
     HWY_INLINE void advance(const std::uint8_t* const* rows, int offset) {
         const D8 d;
-        const V8 threshold = hn::Load(d, planes_.threshold + x_);
         const V8 one = hn::Set(d, 1), zero = hn::Zero(d);
         V8 age = hn::Load(d, planes_.age + x_), quiet = hn::Load(d, planes_.quiet + x_);
         const auto longest =
@@ -142,7 +151,7 @@ class Block {
         const auto history =
             hn::Set(d, static_cast<std::uint8_t>(std::min(limits_.history_frames, 255)));
         for (int k = 0; k < kBatch; ++k) {
-            const auto above = hn::Gt(hn::LoadU(d, rows[k] + offset), threshold);
+            const auto above = hn::Gt(hn::LoadU(d, rows[k] + offset), threshold_);
             const auto lit = hn::Or(above, hn::Ne(age, zero));
             quiet = hn::IfThenZeroElse(above, hn::Add(quiet, one));
             age = hn::IfThenElseZero(lit, hn::Add(age, one));
@@ -158,7 +167,7 @@ class Block {
         }
         hn::Store(age, d, planes_.age + x_);
         hn::Store(quiet, d, planes_.quiet + x_);
-        if (HWY_UNLIKELY(anew_)) set_thresholds();
+        flag(age);
     }
 
   private:
@@ -169,14 +178,16 @@ class Block {
         const V8 low = hn::Load(d, planes_.background_low + x_);
         hn::Store(hn::IfThenElse(which, hn::LoadU(d, row), high), d, planes_.background_high + x_);
         hn::Store(hn::IfThenZeroElse(which, low), d, planes_.background_low + x_);
-        anew_ = true;
     }
 
-    void set_thresholds() const {
-        const D8 d;
-        const Halves background = halves_of(hn::Load(d, planes_.background_high + x_),
-                                            hn::Load(d, planes_.background_low + x_));
-        hn::Store(levels_.thresholds(background), d, planes_.threshold + x_);
+    HWY_INLINE void flag(V8 age) const {
+        alignas(kPadding) std::uint8_t ages[kPadding];
+        const int lanes = static_cast<int>(hn::Lanes(D8()));
+        hn::Store(age, D8(), ages);
+        for (int i = 0; i < lanes; i += kLanes) {
+            planes_.lower(x_ + i, kOpen);
+            if (any_of_lanes(ages + i)) planes_.raise(x_ + i, kOpen);
+        }
     }
 
     HWY_NOINLINE void report(hn::Mask<D8> ended, V8 last, int k) const {
@@ -189,17 +200,21 @@ class Block {
         put(hn::Set(d, end), free, planes_.waiting_end);
         put(hn::Load(d, planes_.background_high + x_), free, planes_.waiting_high);
         put(hn::Load(d, planes_.background_low + x_), free, planes_.waiting_low);
-        put(hn::Load(d, planes_.threshold + x_), free, planes_.waiting_threshold);
+        put(threshold_, free, planes_.waiting_threshold);
+        for (int i = 0; i < static_cast<int>(hn::Lanes(d)); i += kLanes)
+            if (any_of_lanes(planes_.waiting + x_ + i)) planes_.raise(x_ + i, kWaiting);
         if (HWY_LIKELY(hn::AllFalse(d, taken))) return;
         alignas(kPadding) std::uint8_t lasts[kPadding];
         std::uint64_t bits = 0;
         std::array<std::uint8_t, 8> bytes{};
+        alignas(kPadding) std::uint8_t thresholds[kPadding];
         hn::Store(last, d, lasts);
+        hn::Store(threshold_, d, thresholds);
         hn::StoreMaskBits(d, taken, bytes.data());
         std::memcpy(&bits, bytes.data(), sizeof(bits));  // little endian, as every target here
         for (; bits != 0; bits &= bits - 1) {
             const int i = std::countr_zero(bits);
-            others_.push_back(planes_.closed(x_ + i, lasts[i], end));
+            others_.push_back(planes_.closed(x_ + i, thresholds[i], lasts[i], end));
         }
     }
 
@@ -210,12 +225,18 @@ class Block {
 
     const RowPlanes& planes_;
     const int x_;
-    const Levels& levels_;
+    const V8 threshold_;
     const WindowLimits& limits_;
     const std::uint8_t number_;
     std::vector<Closed>& others_;
-    bool anew_ = false;
 };
+
+/// True if there is light at some of the pixels [x, x + lanes).
+HWY_INLINE bool is_open(const RowPlanes& planes, int x) {
+    std::uint32_t flags = 0;
+    std::memcpy(&flags, planes.flags + x / kLanes, hn::Lanes(D8()) / kLanes);
+    return (flags & (kOpen * 0x01010101u)) != 0;
+}
 
 /// Pixels [x, x + lanes) of the row, whose samples are at `offset` in `rows`.
 HWY_INLINE std::uint32_t advance_block(const std::uint8_t* const* rows, int offset, int x,
@@ -242,27 +263,31 @@ HWY_INLINE std::uint32_t advance_block(const std::uint8_t* const* rows, int offs
             saturated += static_cast<std::uint32_t>(
                 hn::CountTrue(d, hn::Eq(hn::LoadU(d, rows[k] + offset), full)));
 
-    V8 threshold = hn::Load(d, planes.threshold + x);
-    V8 age = hn::Load(d, planes.age + x);
-    const V8 zero = hn::Zero(d);
-    if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Or(hn::Gt(highest, threshold), hn::Ne(age, zero))))) {
-        Block(planes, x, levels, limits, number, others).advance(rows, offset);
-        age = hn::Load(d, planes.age + x);
-        threshold = hn::Load(d, planes.threshold + x);
-        oldest = hn::Max(oldest, age);
+    const V8 high = hn::Load(d, planes.background_high + x);
+    const V8 low = hn::Load(d, planes.background_low + x);
+    const Halves before = halves_of(high, low);
+    const V8 threshold = levels.thresholds(before);
+    const Halves level = halves_of(hn::Zero(d), threshold);
+    if (HWY_LIKELY(hn::AllFalse(d, hn::Gt(highest, threshold)) && !is_open(planes, x))) {
+        const Halves moved = {follow(before.even, sum.even, level.even),
+                              follow(before.odd, sum.odd, level.odd)};
+        hn::Store(high_bytes(moved), d, planes.background_high + x);
+        hn::Store(low_bytes(moved), d, planes.background_low + x);
+        return saturated;
     }
-
-    const Halves before =
-        halves_of(hn::Load(d, planes.background_high + x), hn::Load(d, planes.background_low + x));
-    const Halves level = halves_of(zero, threshold);
-    const Halves moved = {follow(before.even, sum.even, level.even),
-                          follow(before.odd, sum.odd, level.odd)};
-    const auto open = hn::Ne(age, zero);
-    const V8 high = hn::IfThenElse(open, high_bytes(before), high_bytes(moved));
-    const V8 low = hn::IfThenElse(open, low_bytes(before), low_bytes(moved));
-    hn::Store(high, d, planes.background_high + x);
-    hn::Store(low, d, planes.background_low + x);
-    hn::Store(levels.thresholds(halves_of(high, low)), d, planes.threshold + x);
+    Block(planes, x, threshold, limits, number, others).advance(rows, offset);
+    const V8 age = hn::Load(d, planes.age + x);
+    oldest = hn::Max(oldest, age);
+    // Where another light has come, the background is new.
+    const V8 high_now = hn::Load(d, planes.background_high + x);
+    const V8 low_now = hn::Load(d, planes.background_low + x);
+    const Halves now = halves_of(high_now, low_now);
+    const Halves level_now = halves_of(hn::Zero(d), levels.thresholds(now));
+    const Halves moved = {follow(now.even, sum.even, level_now.even),
+                          follow(now.odd, sum.odd, level_now.odd)};
+    const auto closed = hn::Eq(age, hn::Zero(d));
+    hn::Store(hn::IfThenElse(closed, high_bytes(moved), high_now), d, planes.background_high + x);
+    hn::Store(hn::IfThenElse(closed, low_bytes(moved), low_now), d, planes.background_low + x);
     return saturated;
 }
 
@@ -324,7 +349,6 @@ void SetBackgrounds(const std::uint8_t* const* rows, int width, const RowPlanes&
                              hn::ShiftLeft<5>(odd)};
         hn::Store(high_bytes(mean), d, planes.background_high + x);
         hn::Store(low_bytes(mean), d, planes.background_low + x);
-        hn::Store(of_row.thresholds(mean), d, planes.threshold + x);
         const V16 moved =
             hn::Or(restless(range.even, margin.even), restless(range.odd, margin.odd));
         if (!hn::AllTrue(d16, hn::Eq(moved, hn::Zero(d16))))

@@ -27,35 +27,88 @@ constexpr int kFullSteps = 6;      // then half ones: what hops to and fro settl
 // matrix was made, or the relative noise: its square, over 4, that is small enough.
 constexpr float kSettled = 4e-4f;
 
-class GroupFit {
+/// The fits of as many of a group's lanes as a register holds. Not inlined where that would copy
+/// the loops: two of them take turns.
+class LaneFit {
   public:
-    HWY_INLINE GroupFit(const FitTask& task, int lane)
+    HWY_INLINE LaneFit(FitTask& task, int lane)
         : task_(task),
-          lane_(lane),
           length_(task.windows->past - task.windows->first),
           inner_begin_(task.windows->inner_first - task.windows->first),
           inner_end_(task.windows->inner_past - task.windows->first),
           min_width_(std::sqrt(static_cast<float>(kMinPulseWidth * kMinPulseWidth) * task.period *
                                    task.period +
                                task.half_aperture * task.half_aperture / 3.0f)),
-          lanes_(task, lane) {
-        const DF d;
-        const hn::Rebind<std::uint8_t, DF> d8;
-        const std::size_t offset = task.offset + static_cast<std::size_t>(lane);
-        for (int i = 0; i < length_; ++i)
-            hn::Store(
-                hn::ConvertTo(d, hn::PromoteTo(DI(), hn::LoadU(d8, task.samples[i] + offset))), d,
-                y_ + i * stride());
+          lanes_(task, lane),
+          found_(lanes_),
+          changed_(constant(0.0f)),
+          energy_(constant(0.0f)),
+          weight_(constant(1.0f)),
+          open_(lanes_.held) {}
+
+    /// From the samples that stand out of the tracked background's noise: moments weighted by their
+    /// squares, which for a Gaussian are as good as the fit, to first order.
+    HWY_NOINLINE void start(bool shot) {
+        Moments m;
+        int i = 0;
+        for (; i < inner_begin_; ++i) take<true>(i, m);
+        for (; i < inner_end_; ++i) take<false>(i, m);
+        for (; i < length_; ++i) take<true>(i, m);
+        lanes_.note(m.peak, m.pair);
+        lanes_.count_effective(hn::Div(hn::Mul(m.sum, m.sum), m.squares), task_);
+        open_ = lanes_.asked;  // the others stay as they are
+        if (!shot) weight_ = hn::Div(constant(1.0f), lanes_.variance);
+        const VF one = hn::Div(constant(1.0f), m.s0);
+        const VF middle = hn::Mul(m.s1, one);
+        const VF square = hn::Sub(hn::Mul(m.s2, one), hn::Mul(middle, middle));
+        const VF width = hn::Clamp(hn::Sqrt(hn::Max(hn::Add(square, square), constant(0.01f))),
+                                   constant(std::max(min_width_, 0.5f * task_.period)),
+                                   constant(task_.max_width));
+        const VF height =  // the integral of the square is height^2 width sqrt(pi)
+            hn::Sqrt(hn::Div(m.s0, hn::Mul(width, constant(1.7724539f))));
+        model_ = Model(hn::Max(height, constant(0.1f)), middle, width, lanes_.background);
     }
 
-    HWY_INLINE void run(FitTask& out) {
-        start(out);
-        // One variance for all of a window's samples where it changes by less than a thousandth.
-        if (255.0f * task_.variance_gain < 1e-3f * task_.variance_floor)
-            improve<false>(out);
-        else
-            improve<true>(out);
+    /// A step of Fisher scoring; true while there are lanes that want another one. Without shot
+    /// noise one variance stands for all of a window's samples, and a matrix serves three steps.
+    template <bool kShot>
+    HWY_NOINLINE bool improve(int i) {
+        const DF d;
+        const VF none = constant(0.0f);
+        if (hn::AllFalse(d, open_)) return false;
+        const bool renew = kShot || i % 3 == 0;
+        Sums s;
+        if (renew) {
+            s = accumulate<kShot, true>();
+            factor_ =
+                Factor(s, hn::And(hn::Le(model_.width, constant(min_width_)), hn::Lt(s.rfu, none)));
+            changed_ = none;
+            energy_ = energy(model_);
+        } else {
+            s = accumulate<kShot, false>();
+        }
+        if (!kShot) s.squares = s.rr;
+        const Step step = factor_.solve(s);
+        const VF decrease = hn::Mul(step.decrease, weight_);
+        const VF variance = kShot ? constant(1.0f) : lanes_.variance;
+        const VF place = hn::Mul(factor_.place_variance(), variance);
+        changed_ = hn::Add(changed_, hn::Max(hn::Max(hn::Abs(step.height), hn::Abs(step.width)),
+                                             hn::Abs(step.place)));
+        const Model next = moved(step, i < kFullSteps ? 1.0f : 0.5f);
+        found_.note(open_, next, hn::Sub(hn::Mul(s.rr, weight_), decrease), s.squares, place,
+                    hn::Mul(factor_.height_variance(), variance), kShot ? energy(next) : energy_);
+        if (kShot || !renew) found_.note_residual(open_, s.greatest);
+        const VF rest =
+            hn::Mul(decrease, hn::Add(hn::Mul(constant(8.0f), place), hn::Mul(changed_, changed_)));
+        MF good = hn::And(hn::Ge(decrease, none), hn::Le(rest, constant(kSettled)));
+        if (kShot) good = hn::And(good, hn::Lt(changed_, constant(0.01f)));
+        if (!kShot && i == 0) good = hn::And(good, found_.is_inconspicuous());
+        model_ = found_.model;
+        open_ = hn::AndNot(good, open_);
+        return true;
     }
+
+    HWY_NOINLINE void report() { found_.report(task_, open_); }
 
   private:
     static HWY_INLINE int stride() { return static_cast<int>(hn::Lanes(DF())); }
@@ -66,40 +119,50 @@ class GroupFit {
         const VI at = hn::Set(DI(), i);
         return hn::RebindMask(DF(), hn::AndNot(hn::Lt(at, lanes_.begin), hn::Lt(at, lanes_.end)));
     }
+    /// What the variances fall with.
+    static HWY_INLINE VF energy(const Model& model) {
+        return hn::Mul(hn::Mul(model.height, model.height), model.width);
+    }
 
-    /// From the samples that stand out of the tracked background's noise: moments weighted by their
-    /// squares, which for a Gaussian are as good as the fit, to first order.
-    HWY_INLINE void start(FitTask& out) {
-        const VF least = lanes_.least, none = constant(0.0f);
-        VF sum = none, squares = none, peak = none, pair = none, last = constant(-1e9f);
-        VF s0 = constant(1e-20f), s1 = none, s2 = none;
-        for (int i = 0; i < length_; ++i) {
-            VF a = hn::Sub(sample(i), lanes_.background);
-            if (i < inner_begin_ || i >= inner_end_)
-                a = hn::IfThenElse(held_by(i), a, constant(-1e9f));
-            const VF counted = hn::IfThenElseZero(hn::Ge(a, least), a);
-            const VF square = hn::Mul(counted, counted);
-            sum = hn::Add(sum, counted);
-            squares = hn::Add(squares, square);
-            peak = hn::Max(peak, counted);
-            pair = hn::Max(pair, hn::Add(last, a));
-            last = a;
-            const VF part = hn::Mul(square, constant(task_.interval[i]));
-            const VF moment = hn::Mul(part, time(i));
-            s0 = hn::Add(s0, part);
-            s1 = hn::Add(s1, moment);
-            s2 = hn::Add(s2, hn::Mul(moment, time(i)));
-        }
-        lanes_.note(peak, pair);
-        lanes_.count_effective(hn::Div(hn::Mul(sum, sum), squares), out);
-        const VF middle = hn::Div(s1, s0);
-        const VF square = hn::Sub(hn::Div(s2, s0), hn::Mul(middle, middle));
-        const VF width = hn::Clamp(hn::Sqrt(hn::Max(hn::Add(square, square), constant(0.01f))),
-                                   constant(std::max(min_width_, 0.5f * task_.period)),
-                                   constant(task_.max_width));
-        const VF height =  // the integral of the square is height^2 width sqrt(pi)
-            hn::Sqrt(hn::Div(s0, hn::Mul(width, constant(1.7724539f))));
-        model_ = Model(hn::Max(height, constant(0.1f)), middle, width, lanes_.background);
+    /// Sums of samples above the tracked background; s: of their squares over time.
+    class Moments {
+      public:
+        HWY_INLINE Moments()
+            : sum(constant(0.0f)),
+              squares(sum),
+              peak(sum),
+              pair(sum),
+              last(constant(-1e9f)),
+              s0(constant(1e-20f)),
+              s1(sum),
+              s2(sum) {}
+        VF sum, squares, peak, pair, last;
+        VF s0, s1, s2;
+    };
+
+    /// Loads sample i for all passes.
+    template <bool kMasked>
+    HWY_INLINE void take(int i, Moments& m) {
+        const DF d;
+        const hn::Rebind<std::uint8_t, DF> d8;
+        const VI bytes =
+            hn::PromoteTo(DI(), hn::LoadU(d8, task_.samples[i] + task_.offset + lanes_.lane));
+        const VF y = hn::ConvertTo(d, bytes);
+        hn::Store(y, d, y_ + i * stride());
+        VF a = hn::Sub(y, lanes_.background);
+        if (kMasked) a = hn::IfThenElse(held_by(i), a, constant(-1e9f));
+        const VF counted = hn::IfThenElseZero(hn::Ge(a, lanes_.least), a);
+        const VF square = hn::Mul(counted, counted);
+        m.sum = hn::Add(m.sum, counted);
+        m.squares = hn::Add(m.squares, square);
+        m.peak = hn::Max(m.peak, counted);
+        m.pair = hn::Max(m.pair, hn::Add(m.last, a));
+        m.last = a;
+        const VF part = hn::Mul(square, constant(task_.interval[i]));
+        const VF moment = hn::Mul(part, time(i));
+        m.s0 = hn::Add(m.s0, part);
+        m.s1 = hn::Add(m.s1, moment);
+        m.s2 = hn::Add(m.s2, hn::Mul(moment, time(i)));
     }
 
     /// What a pass over the samples needs of the model.
@@ -162,55 +225,6 @@ class GroupFit {
         s.one = hn::Add(s.one, kMasked ? hn::IfThenElseZero(held_by(i), w) : w);
     }
 
-    /// Fisher scoring. Without shot noise each matrix serves two steps.
-    template <bool kShot>
-    HWY_INLINE void improve(FitTask& out) {
-        const DF d;
-        const VF none = constant(0.0f);
-        const VF variance = kShot ? constant(1.0f) : lanes_.variance;
-        MF open = lanes_.asked;  // the others stay as they are
-        Found found(lanes_);
-        Factor factor;
-        VF changed = none, scale = constant(1.0f);
-        for (int i = 0; i < kMaxIterations && !hn::AllFalse(d, open); ++i) {
-            const bool renew = kShot || i % 3 == 0;
-            Sums s;
-            if (renew) {
-                s = accumulate<kShot, true>();
-                factor = Factor(
-                    s, hn::And(hn::Le(model_.width, constant(min_width_)), hn::Lt(s.rfu, none)));
-                changed = none;
-                scale = hn::Mul(hn::Mul(model_.height, model_.height), model_.width);
-            } else {
-                s = accumulate<kShot, false>();
-            }
-            if (!kShot) s.squares = s.rr;
-            Step step = factor.solve(s);
-            const VF inverse = hn::Div(constant(1.0f), variance);
-            const VF decrease = hn::Mul(step.decrease, inverse);
-            const VF place = hn::Mul(factor.place_variance(), variance);
-            changed = hn::Add(changed, hn::Max(hn::Max(hn::Abs(step.height), hn::Abs(step.width)),
-                                               hn::Abs(step.place)));
-            const Model next = moved(step, i < kFullSteps ? 1.0f : 0.5f);
-            // Both variances fall with the pulse's energy.
-            const VF less =
-                kShot ? constant(1.0f)
-                      : hn::Div(scale, hn::Mul(hn::Mul(next.height, next.height), next.width));
-            const VF rest = hn::Mul(
-                decrease, hn::Add(hn::Mul(constant(8.0f), place), hn::Mul(changed, changed)));
-            found.note(open, next, hn::Sub(hn::Mul(s.rr, inverse), decrease), s.squares,
-                       hn::Mul(less, place),
-                       hn::Mul(less, hn::Mul(factor.height_variance(), variance)));
-            if (kShot || !renew) found.note_residual(open, s.greatest);
-            MF good = hn::And(hn::Ge(decrease, none), hn::Le(rest, constant(kSettled)));
-            if (kShot) good = hn::And(good, hn::Lt(changed, constant(0.01f)));
-            if (!kShot && i == 0) good = hn::And(good, found.is_inconspicuous());
-            model_ = found.model;
-            open = hn::AndNot(good, open);
-        }
-        found.report(task_, open, out);
-    }
-
     HWY_INLINE Model moved(const Step& step, float share) const {
         const VF way = constant(share), one = constant(1.0f);
         Model next;
@@ -226,19 +240,48 @@ class GroupFit {
         return next;
     }
 
-    const FitTask& task_;
-    const int lane_;
+    FitTask& task_;
     const int length_, inner_begin_, inner_end_;
     const float min_width_;  ///< of the exposed pulse
     LaneWindows lanes_;
+    Found found_;
     Model model_;
+    Factor factor_;
+    VF changed_;  ///< relatively, since the matrix was made
+    VF energy_;   ///< when it was made
+    VF weight_;   ///< of squared residuals, where it is the same for all of a window
+    MF open_;     ///< lanes that want another step
     HWY_ALIGN float y_[kMaxFitSamples * kLanes];
 };
 
-void FitGroup(FitTask& task) {
+template <bool kShot>
+HWY_INLINE void fit_in_turns(LaneFit* one, LaneFit* other) {
+    one->start(kShot);
+    if (other != nullptr) other->start(kShot);
+    bool more = true;
+    for (int i = 0; i < kMaxIterations && more; ++i) {
+        more = one->improve<kShot>(i);
+        if (other != nullptr && other->improve<kShot>(i)) more = true;
+    }
+    one->report();
+    if (other != nullptr) other->report();
+}
+
+/// Two groups take turns: while one waits for a solution, the other sums.
+void FitGroups(FitTask& task, FitTask* other) {
     task.lanes = task.pulses = task.unsure = 0;
-    for (int lane = 0; lane < kLanes; lane += static_cast<int>(hn::Lanes(DF())))
-        GroupFit(task, lane).run(task);
+    if (other != nullptr) other->lanes = other->pulses = other->unsure = 0;
+    // One variance for all of a window's samples where it changes by less than a thousandth.
+    const bool shot = 255.0f * task.variance_gain >= 1e-3f * task.variance_floor;
+    for (int lane = 0; lane < kLanes; lane += static_cast<int>(hn::Lanes(DF()))) {
+        LaneFit first(task, lane);
+        if (other == nullptr) {
+            shot ? fit_in_turns<true>(&first, nullptr) : fit_in_turns<false>(&first, nullptr);
+            continue;
+        }
+        LaneFit second(*other, lane);
+        shot ? fit_in_turns<true>(&first, &second) : fit_in_turns<false>(&first, &second);
+    }
 }
 
 }  // namespace stria::fast::HWY_NAMESPACE

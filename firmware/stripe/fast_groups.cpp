@@ -25,6 +25,7 @@ GroupWindows lane_of(const GroupWindows& group, int lane) {
     GroupWindows one{};
     one.x = group.x;
     one.y = group.y;
+    one.found = true;
     one.begin[lane] = one.first = one.inner_first = group.begin[lane];
     one.end[lane] = one.past = one.inner_past = group.end[lane];
     one.background[lane] = group.background[lane];
@@ -43,6 +44,21 @@ PixelWindow window_of(const GroupWindows& group, int lane) {
     return window;
 }
 
+/// Copies lanes from `lane` on to the row's planes.
+template <int kCount>
+void store_lanes(const FitTask& task, const TimeNs* times, const PulsePlanes::Row& row, int x,
+                 int lane) {
+    const auto put = [&](const auto* from, auto* to) {
+        std::memcpy(to + x + lane, from + lane, kCount * sizeof(*to));
+    };
+    put(times, row.t_ns);
+    put(task.amplitude, row.amplitude);
+    put(task.width, row.width);
+    put(task.level, row.background);
+    put(task.sigma, row.sigma);
+    put(task.chi_square, row.chi_square);
+}
+
 }  // namespace
 
 FrameTable::FrameTable(const FrameStore& frames, double period_ns) : first_(frames.first()) {
@@ -51,6 +67,8 @@ FrameTable::FrameTable(const FrameStore& frames, double period_ns) : first_(fram
         times_.push_back(
             static_cast<double>(frames.at(k).row_time(0) - frames.at(first_).row_time(0)) /
             period_ns);
+        half_apertures_.push_back(
+            static_cast<float>(0.5 * static_cast<double>(frames.at(k).exposure_ns) / period_ns));
     }
     const std::size_t count = times_.size();
     for (std::size_t i = 0; i < count; ++i)
@@ -63,18 +81,22 @@ GroupFits::GroupFits(const FitSetting& setting, PulsePlanes& planes, std::vector
       limits_{setting.options.max_pulse_frames, setting.options.history_frames},
       table_(setting.frames, setting.period_ns),
       planes_(planes),
-      rows_(rows),
-      times_(kMaxFitSamples) {
+      rows_(rows) {
     const SensorNoise& noise = setting_.noise;
     const double read = noise.read_noise_e / noise.gain_e_per_dn;
-    task_.x = times_.data();
-    task_.period_ns = static_cast<float>(setting_.period_ns);
-    task_.variance_floor = static_cast<float>(read * read + 1.0 / 12.0);
-    task_.variance_gain = static_cast<float>(1.0 / noise.gain_e_per_dn);
-    task_.black = static_cast<float>(noise.black_dn);
-    task_.min_snr = static_cast<float>(setting_.options.min_snr);
-    task_.min_amplitude_dn = static_cast<float>(setting_.options.min_amplitude_dn);
-    task_.max_misfit = static_cast<float>(setting_.options.max_misfit);
+    FitTask task;
+    task.period_ns = static_cast<float>(setting_.period_ns);
+    task.variance_floor = static_cast<float>(read * read + 1.0 / 12.0);
+    task.variance_gain = static_cast<float>(1.0 / noise.gain_e_per_dn);
+    task.black = static_cast<float>(noise.black_dn);
+    task.min_snr = static_cast<float>(setting_.options.min_snr);
+    task.min_amplitude_dn = static_cast<float>(setting_.options.min_amplitude_dn);
+    task.max_misfit = static_cast<float>(setting_.options.max_misfit);
+    for (Work* work : {&one_, &other_}) {
+        work->task = task;
+        work->times.resize(kMaxFitSamples);
+        work->task.x = work->times.data();
+    }
 }
 
 void GroupFits::queue(int y, const RowPlanes& row, bool all) {
@@ -88,7 +110,8 @@ void GroupFits::queue(int y, const RowPlanes& row, bool all) {
     }
 }
 
-void GroupFits::queue(int y, const Closed& window) {
+void GroupFits::queue(int y, const RowPlanes& row, const Closed& window) {
+    row.raise(window.x, kFound);
     const auto waited = static_cast<std::uint8_t>(table_.end() - window.end);
     GroupWindows group{};
     group.x = window.x / kLanes * kLanes;
@@ -131,7 +154,24 @@ void GroupFits::prepare(GroupWindows& group) {
 }
 
 void GroupFits::fit_queued() {
-    for (const GroupWindows& group : queue_) fit(group);
+    const GroupWindows* waiting = nullptr;  // for a second one
+    for (const GroupWindows& group : queue_) {
+        if (group.first >= group.past) continue;
+        if (group.past - group.first > kMaxFitSamples) {
+            // So long that no fit holds the frames of all windows: one after the other.
+            for (int lane = 0; lane < kLanes; ++lane)
+                if (!is_empty(group, lane)) {
+                    const GroupWindows alone = lane_of(group, lane);
+                    fit(alone, nullptr);
+                }
+        } else if (waiting == nullptr) {
+            waiting = &group;
+        } else {
+            fit(*waiting, &group);
+            waiting = nullptr;
+        }
+    }
+    if (waiting != nullptr) fit(*waiting, nullptr);
     queue_.clear();
 }
 
@@ -144,86 +184,80 @@ void GroupFits::take_plainly(const PixelWindow& window) {
     fit_window(setting_.frames, window, setting_.noise, setting_.options, row.others);
 }
 
-void GroupFits::fit(const GroupWindows& group) {
-    if (group.first >= group.past) return;
-    if (group.past - group.first > kMaxFitSamples) {
-        fit_lanes_apart(group);
-        return;
-    }
-    fill_task(group);
-    fit_group(task_);
-    doubt_pulses_in_gaps();
-    settle(group);
+void GroupFits::fit(const GroupWindows& group, const GroupWindows* other) {
+    fill(one_, group);
+    if (other != nullptr) fill(other_, *other);
+    fit_groups(one_.task, other != nullptr ? &other_.task : nullptr);
+    doubt_pulses_in_gaps(one_.task);
+    settle(one_);
+    if (other == nullptr) return;
+    doubt_pulses_in_gaps(other_.task);
+    settle(other_);
 }
 
-/// Windows so long that no fit holds the frames of all of them.
-void GroupFits::fit_lanes_apart(const GroupWindows& group) {
-    for (int lane = 0; lane < kLanes; ++lane)
-        if (!is_empty(group, lane)) fit(lane_of(group, lane));
-}
-
-void GroupFits::fill_task(const GroupWindows& group) {
+void GroupFits::fill(Work& work, const GroupWindows& group) const {
+    FitTask& task = work.task;
     const int length = group.past - group.first;
-    middle_ = group.first + length / 2;
+    work.middle = group.first + length / 2;
     const double* times = table_.times(group.first);
-    const double middle = *table_.times(middle_);
+    const double middle = *table_.times(work.middle);
     for (int i = 0; i < length; ++i)
-        times_[static_cast<std::size_t>(i)] = static_cast<float>(times[i] - middle);
+        work.times[static_cast<std::size_t>(i)] = static_cast<float>(times[i] - middle);
 
-    task_.windows = &group;
-    task_.interval = table_.intervals(group.first);
-    task_.period = static_cast<float>((times[length - 1] - times[0]) / (length - 1));
-    task_.half_aperture =
-        static_cast<float>(0.5 * static_cast<double>(setting_.frames.at(group.first).exposure_ns) /
-                           setting_.period_ns);
-    task_.max_width = 0.5f * static_cast<float>(setting_.options.max_pulse_frames) * task_.period;
-    task_.samples = table_.pixels(group.first);
-    task_.offset = static_cast<std::size_t>(group.y) * static_cast<std::size_t>(setting_.width) +
-                   static_cast<std::size_t>(group.x);
+    task.windows = &group;
+    task.interval = table_.intervals(group.first);
+    task.period = static_cast<float>((times[length - 1] - times[0]) / (length - 1));
+    task.half_aperture = table_.half_aperture(group.first);
+    task.max_width = 0.5f * static_cast<float>(setting_.options.max_pulse_frames) * task.period;
+    task.samples = table_.pixels(group.first);
+    task.offset = static_cast<std::size_t>(group.y) * static_cast<std::size_t>(setting_.width) +
+                  static_cast<std::size_t>(group.x);
     const std::size_t size =
         static_cast<std::size_t>(setting_.width) * static_cast<std::size_t>(setting_.height);
-    if (task_.offset + kLanes > size) copy_samples(size);
+    if (task.offset + kLanes > size) copy_samples(work, size);
 }
 
 /// Behind the last pixel there is nothing to load: zeros stand in for it.
-void GroupFits::copy_samples(std::size_t size) {
-    const auto length = static_cast<std::size_t>(task_.windows->past - task_.windows->first);
-    copies_.assign(length * kLanes, 0);
-    copied_.clear();
+void GroupFits::copy_samples(Work& work, std::size_t size) {
+    FitTask& task = work.task;
+    const auto length = static_cast<std::size_t>(task.windows->past - task.windows->first);
+    work.copies.assign(length * kLanes, 0);
+    work.copied.clear();
     for (std::size_t i = 0; i < length; ++i) {
-        std::uint8_t* copy = copies_.data() + i * kLanes;
-        std::copy(task_.samples[i] + task_.offset, task_.samples[i] + size, copy);
-        copied_.push_back(copy);
+        std::uint8_t* copy = work.copies.data() + i * kLanes;
+        std::copy(task.samples[i] + task.offset, task.samples[i] + size, copy);
+        work.copied.push_back(copy);
     }
-    task_.samples = copied_.data();
-    task_.offset = 0;
+    task.samples = work.copied.data();
+    task.offset = 0;
 }
 
 /// Beside a gap between frames that is wide against a pulse there may be another place and width
 /// for it, as likely: such pulses are the reference's.
-void GroupFits::doubt_pulses_in_gaps() {
-    const int length = task_.windows->past - task_.windows->first;
+void GroupFits::doubt_pulses_in_gaps(FitTask& task) {
+    const int length = task.windows->past - task.windows->first;
     for (int i = 1; i < length; ++i) {
-        const float low = task_.x[i - 1], high = task_.x[i], gap = high - low;
-        if (gap < kWideGap * task_.period) continue;
-        for (std::uint32_t bits = task_.pulses; bits != 0; bits &= bits - 1) {
+        const float low = task.x[i - 1], high = task.x[i], gap = high - low;
+        if (gap < kWideGap * task.period) continue;
+        for (std::uint32_t bits = task.pulses; bits != 0; bits &= bits - 1) {
             const int lane = std::countr_zero(bits);
-            const float width = task_.width[lane] / task_.period_ns;
-            const float place = task_.position[lane];
+            const float width = task.width[lane] / task.period_ns;
+            const float place = task.position[lane];
             if (gap < kGapWidths * width || place < low - gap || place > high + gap) continue;
-            task_.pulses &= ~(1u << lane);
-            task_.unsure |= 1u << lane;
+            task.pulses &= ~(1u << lane);
+            task.unsure |= 1u << lane;
         }
     }
 }
 
-void GroupFits::settle(const GroupWindows& group) {
+void GroupFits::settle(const Work& work) {
+    const GroupWindows& group = *work.task.windows;
     RowFinds& row = rows_[static_cast<std::size_t>(group.y)];
-    row.windows.all += static_cast<unsigned>(std::popcount(task_.lanes));
-    for (const std::int32_t bin : task_.effective_bin)
+    row.windows.all += static_cast<unsigned>(std::popcount(work.task.lanes));
+    for (const std::int32_t bin : work.task.effective_bin)
         if (bin < kSampleBins) ++row.effective[static_cast<std::size_t>(bin)];
-    if (task_.pulses != 0) store(group, setting_.frames.at(middle_).row_time(group.y));
-    for (std::uint32_t bits = task_.unsure; bits != 0; bits &= bits - 1) {
+    if (work.task.pulses != 0) store(work, setting_.frames.at(work.middle).row_time(group.y));
+    for (std::uint32_t bits = work.task.unsure; bits != 0; bits &= bits - 1) {
         ++row.windows.by_reference;
         fit_window(setting_.frames, window_of(group, std::countr_zero(bits)), setting_.noise,
                    setting_.options, row.others);
@@ -231,57 +265,44 @@ void GroupFits::settle(const GroupWindows& group) {
 }
 
 /// Puts the clean pulses into the planes; a pixel's second one among the row's others.
-void GroupFits::store(const GroupWindows& group, TimeNs middle) {
+void GroupFits::store(const Work& work, TimeNs middle) {
+    const FitTask& task = work.task;
+    const int x = task.windows->x, y = task.windows->y;
     TimeNs times[kLanes];
     for (int lane = 0; lane < kLanes; ++lane)
         times[lane] =
-            middle + rounded(static_cast<double>(task_.position[lane]) * setting_.period_ns);
-    const PulsePlanes::Row row = planes_.row(group.y);
-    const Frame& frame = setting_.frames.at(middle_);
+            middle + rounded(static_cast<double>(task.position[lane]) * setting_.period_ns);
+    const PulsePlanes::Row row = planes_.row(y);
+    const Frame& frame = setting_.frames.at(work.middle);
     const bool usual =
         frame.laser_id == setting_.laser_id && frame.exposure_index == setting_.exposure_index;
-    const float* const taken = row.width + group.x;
     std::uint32_t free = 0;
-    for (int lane = 0; lane < kLanes; ++lane) free |= (taken[lane] == 0 ? 1u : 0u) << lane;
-    if (usual && (task_.pulses & free) == kAllLanes) {
-        store_lanes<kLanes>(row, group.x, 0, times);
+    for (int lane = 0; lane < kLanes; ++lane) free |= (row.width[x + lane] == 0 ? 1u : 0u) << lane;
+    if (usual && (task.pulses & free) == kAllLanes) {
+        store_lanes<kLanes>(task, times, row, x, 0);
         return;
     }
-    for (std::uint32_t bits = task_.pulses; bits != 0; bits &= bits - 1) {
+    for (std::uint32_t bits = task.pulses; bits != 0; bits &= bits - 1) {
         const int lane = std::countr_zero(bits);
         if (usual && (free >> lane & 1u) != 0)
-            store_lanes<1>(row, group.x, lane, times);
+            store_lanes<1>(task, times, row, x, lane);
         else
-            rows_[static_cast<std::size_t>(group.y)].others.push_back(
-                pulse_of(group, lane, times[lane]));
+            rows_[static_cast<std::size_t>(y)].others.push_back(pulse_of(work, lane, times[lane]));
     }
 }
 
-template <int kCount>
-void GroupFits::store_lanes(const PulsePlanes::Row& row, int x, int lane,
-                            const TimeNs* times) const {
-    const auto put = [&](const auto* from, auto* to) {
-        std::memcpy(to + x + lane, from + lane, kCount * sizeof(*to));
-    };
-    put(times, row.t_ns);
-    put(task_.amplitude, row.amplitude);
-    put(task_.width, row.width);
-    put(task_.level, row.background);
-    put(task_.sigma, row.sigma);
-    put(task_.chi_square, row.chi_square);
-}
-
-Pulse GroupFits::pulse_of(const GroupWindows& group, int lane, TimeNs t_ns) const {
-    const Frame& frame = setting_.frames.at(middle_);
+Pulse GroupFits::pulse_of(const Work& work, int lane, TimeNs t_ns) const {
+    const FitTask& task = work.task;
+    const Frame& frame = setting_.frames.at(work.middle);
     Pulse pulse;
-    pulse.u = static_cast<float>(group.x + lane);
-    pulse.v = static_cast<float>(group.y);
+    pulse.u = static_cast<float>(task.windows->x + lane);
+    pulse.v = static_cast<float>(task.windows->y);
     pulse.t_ns = t_ns;
-    pulse.amplitude = task_.amplitude[lane];
-    pulse.width = task_.width[lane];
-    pulse.background = task_.level[lane];
-    pulse.sigma = task_.sigma[lane];
-    pulse.chi_square = task_.chi_square[lane];
+    pulse.amplitude = task.amplitude[lane];
+    pulse.width = task.width[lane];
+    pulse.background = task.level[lane];
+    pulse.sigma = task.sigma[lane];
+    pulse.chi_square = task.chi_square[lane];
     pulse.laser_id = frame.laser_id;
     pulse.exposure_index = frame.exposure_index;
     return pulse;

@@ -22,6 +22,7 @@ class FrameTable {
     const double* times(int frame) const { return times_.data() + at(frame); }
     /// Half the time between the frames before and behind.
     const float* intervals(int frame) const { return intervals_.data() + at(frame); }
+    float half_aperture(int frame) const { return half_apertures_[at(frame)]; }
 
   private:
     std::size_t at(int frame) const { return static_cast<std::size_t>(frame - first_); }
@@ -29,7 +30,7 @@ class FrameTable {
     int first_;
     std::vector<const std::uint8_t*> pixels_;
     std::vector<double> times_;  ///< of row 0, from the first frame on
-    std::vector<float> intervals_;
+    std::vector<float> intervals_, half_apertures_;
 };
 
 /// What the fits of a band of rows are about, the same for all of its windows.
@@ -52,7 +53,7 @@ class GroupFits {
     /// frames the others need.
     void queue(int y, const RowPlanes& row, bool all);
     /// A window that has no place in the planes.
-    void queue(int y, const Closed& window);
+    void queue(int y, const RowPlanes& row, const Closed& window);
     /// Fits what was queued before the last flip(): memory has had the time to bring it.
     void fit_queued();
     void flip() { std::swap(queue_, next_); }
@@ -60,17 +61,23 @@ class GroupFits {
     void take_plainly(const PixelWindow& window);
 
   private:
+    /// A group that is being fitted.
+    struct Work {
+        FitTask task;
+        int middle = 0;  ///< frame from which its times count
+        std::vector<float> times;
+        std::vector<std::uint8_t> copies;
+        std::vector<const std::uint8_t*> copied;
+    };
+
     void prepare(GroupWindows& group);
-    void fit(const GroupWindows& group);
-    void fit_lanes_apart(const GroupWindows& group);
-    void fill_task(const GroupWindows& group);
-    void copy_samples(std::size_t size);
-    void doubt_pulses_in_gaps();
-    void settle(const GroupWindows& group);
-    void store(const GroupWindows& group, TimeNs middle);
-    template <int kCount>
-    void store_lanes(const PulsePlanes::Row& row, int x, int lane, const TimeNs* times) const;
-    Pulse pulse_of(const GroupWindows& group, int lane, TimeNs t_ns) const;
+    void fit(const GroupWindows& group, const GroupWindows* other);
+    void fill(Work& work, const GroupWindows& group) const;
+    static void copy_samples(Work& work, std::size_t size);
+    static void doubt_pulses_in_gaps(FitTask& task);
+    void settle(const Work& work);
+    void store(const Work& work, TimeNs middle);
+    Pulse pulse_of(const Work& work, int lane, TimeNs t_ns) const;
 
     FitSetting setting_;
     WindowLimits limits_;
@@ -78,12 +85,7 @@ class GroupFits {
     PulsePlanes& planes_;
     std::vector<RowFinds>& rows_;
     std::vector<GroupWindows> queue_, next_;
-    // Of the group that is being fitted.
-    FitTask task_;
-    int middle_ = 0;  ///< frame from which its times count
-    std::vector<float> times_;
-    std::vector<std::uint8_t> copies_;
-    std::vector<const std::uint8_t*> copied_;
+    Work one_, other_;
 };
 
 }  // namespace stria::fast

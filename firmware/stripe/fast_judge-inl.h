@@ -88,28 +88,31 @@ class Found {
   public:
     HWY_INLINE explicit Found(const LaneWindows& lanes)
         : lanes_(lanes),
-          degrees_(hn::Max(hn::Sub(lanes.count, constant(4.0f)), constant(1.0f))),
-          spread_(hn::Sqrt(hn::Div(constant(2.0f), degrees_))),
+          per_degree_(hn::Div(constant(1.0f),
+                              hn::Max(hn::Sub(lanes.count, constant(4.0f)), constant(1.0f)))),
+          spread_(hn::Sqrt(hn::Add(per_degree_, per_degree_))),
           chi_square_(constant(0.0f)),
           squares_(chi_square_),
           place_variance_(chi_square_),
           height_variance_(chi_square_),
-          greatest_(chi_square_) {
+          greatest_(chi_square_),
+          energy_(chi_square_) {
         model = Model(chi_square_, chi_square_, chi_square_, chi_square_);
     }
 
     /// For the lanes `open`: a better model, its chi-square and the sum of squared residuals, the
-    /// variances of position / width and of the height's logarithm.
+    /// variances of position / width and of the height's logarithm, for a pulse of that energy.
     HWY_INLINE void note(MF open, const Model& next, VF chi_square, VF squares, VF place_variance,
-                         VF height_variance) {
+                         VF height_variance, VF energy) {
         model.height = hn::IfThenElse(open, next.height, model.height);
         model.position = hn::IfThenElse(open, next.position, model.position);
         model.width = hn::IfThenElse(open, next.width, model.width);
         model.level = hn::IfThenElse(open, next.level, model.level);
-        chi_square_ = hn::IfThenElse(open, hn::Div(chi_square, degrees_), chi_square_);
+        chi_square_ = hn::IfThenElse(open, hn::Mul(chi_square, per_degree_), chi_square_);
         squares_ = hn::IfThenElse(open, squares, squares_);
         place_variance_ = hn::IfThenElse(open, place_variance, place_variance_);
         height_variance_ = hn::IfThenElse(open, height_variance, height_variance_);
+        energy_ = hn::IfThenElse(open, energy, energy_);
     }
     HWY_INLINE void note_residual(MF open, VF greatest) {
         greatest_ = hn::IfThenElse(open, hn::Mul(greatest, constant(0.25f)), greatest_);
@@ -120,25 +123,29 @@ class Found {
     }
 
     /// Writes the lanes' results and what they are taken for. `open`: those that did not converge.
-    HWY_INLINE void report(const FitTask& task, MF open, FitTask& out) {
+    HWY_INLINE void report(FitTask& out, MF open) {
         const DF d;
-        const VF blur = constant(task.half_aperture * task.half_aperture / 3.0f);
+        const VF blur = constant(out.half_aperture * out.half_aperture / 3.0f);
         const VF square = hn::Sub(hn::Mul(model.width, model.width), blur);
+        // Both variances fall with the pulse's energy.
+        const VF less = hn::Div(energy_, hn::Mul(hn::Mul(model.height, model.height), model.width));
+        height_variance_ = hn::Mul(height_variance_, less);
         width_ = hn::Sqrt(hn::Max(square, constant(0.01f)));
-        sigma_ = hn::Mul(model.width, hn::Sqrt(place_variance_));
+        sigma_ = hn::Mul(model.width, hn::Sqrt(hn::Mul(place_variance_, less)));
         amplitude_ = hn::Div(hn::Mul(model.height, model.width), width_);
-        const VF inflation = hn::IfThenElse(hn::Gt(chi_square_, significant()),
-                                            hn::Sqrt(chi_square_), constant(1.0f));
-        hn::StoreU(hn::Mul(hn::Mul(sigma_, inflation), constant(task.period_ns)), d,
-                   out.sigma + lanes_.lane);
-        hn::StoreU(hn::Mul(width_, constant(task.period_ns)), d, out.width + lanes_.lane);
+        VF sigma = hn::Mul(sigma_, constant(out.period_ns));
+        const MF inflated = hn::Gt(chi_square_, significant());
+        if (!hn::AllFalse(d, inflated))
+            sigma = hn::IfThenElse(inflated, hn::Mul(sigma, hn::Sqrt(chi_square_)), sigma);
+        hn::StoreU(sigma, d, out.sigma + lanes_.lane);
+        hn::StoreU(hn::Mul(width_, constant(out.period_ns)), d, out.width + lanes_.lane);
         hn::StoreU(amplitude_, d, out.amplitude + lanes_.lane);
         hn::StoreU(model.level, d, out.level + lanes_.lane);
         hn::StoreU(chi_square_, d, out.chi_square + lanes_.lane);
 
         const MF sound = hn::AndNot(open, hn::Ge(square, constant(0.01f)));
         const MF sure =
-            hn::And(hn::And(sound, hn::And(is_clean(task), is_single(task))), is_certain(task));
+            hn::And(hn::And(sound, hn::And(is_clean(out), is_single(out))), is_certain(out));
         hn::StoreU(hn::IfThenElseZero(sure, model.position), d, out.position + lanes_.lane);
         out.lanes |= bits(lanes_.held) << lanes_.lane;
         out.pulses |= bits(hn::And(lanes_.asked, sure)) << lanes_.lane;
@@ -202,17 +209,18 @@ class Found {
         const MF strong =
             hn::And(hn::Ge(height, hn::Mul(constant(kStrong), lanes_.least)),
                     hn::Gt(height, hn::Mul(constant(kClearlyAbove), lanes_.smallest)));
-        const VF rms = hn::Sqrt(hn::Div(squares_, lanes_.count));
         const VF misfit = hn::Mul(constant(kClearlyBelow * task.max_misfit), amplitude_);
         const MF placed =
             hn::And(hn::Lt(sigma_, hn::Mul(constant(kClearlyPlaced), width_)),
                     hn::Lt(hn::Mul(constant(16.0f), height_variance_), constant(1.0f)));
-        return hn::And(hn::AndNot(dark, strong), hn::And(placed, hn::Lt(rms, misfit)));
+        return hn::And(
+            hn::AndNot(dark, strong),
+            hn::And(placed, hn::Lt(squares_, hn::Mul(lanes_.count, hn::Mul(misfit, misfit)))));
     }
 
     const LaneWindows& lanes_;
-    const VF degrees_, spread_;
-    VF chi_square_, squares_, place_variance_, height_variance_, greatest_;
+    const VF per_degree_, spread_;
+    VF chi_square_, squares_, place_variance_, height_variance_, greatest_, energy_;
     VF width_, sigma_, amplitude_;
 };
 

@@ -21,7 +21,7 @@ namespace stria::fast {
 HWY_EXPORT(AdvanceRow);
 HWY_EXPORT(SetBackgrounds);
 HWY_EXPORT(CollectGroups);
-HWY_EXPORT(FitGroup);
+HWY_EXPORT(FitGroups);
 
 int margin_frames(int last, const WindowLimits& limits) {
     return std::min(last / 2 + 4, limits.history_frames);
@@ -43,7 +43,7 @@ int collect_groups(const RowPlanes& planes, int width, int now, int patience,
     return HWY_DYNAMIC_DISPATCH(CollectGroups)(planes, width, now, patience, limits, groups);
 }
 
-void fit_group(FitTask& task) { HWY_DYNAMIC_DISPATCH(FitGroup)(task); }
+void fit_groups(FitTask& task, FitTask* other) { HWY_DYNAMIC_DISPATCH(FitGroups)(task, other); }
 
 std::vector<const char*> instruction_sets() {
     std::vector<const char*> names;

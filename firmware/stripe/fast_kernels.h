@@ -23,11 +23,17 @@ struct Closed {
     std::uint8_t end;  ///< low byte of the number of the frame behind the window
 };
 
+/// What a row's flags say about kLanes pixels.
+enum GroupFlag : std::uint8_t {
+    kOpen = 1,     ///< there is light at one of them, or there was in the last batch
+    kWaiting = 2,  ///< a window of one of them waits
+    kFound = 4,    ///< a window of one of them has been fitted
+};
+
 /// What is known about each pixel of one row; planes of padded width.
 struct RowPlanes {
     std::uint8_t* background_high;  ///< background in 1/256 DN, high and low byte
     std::uint8_t* background_low;
-    std::uint8_t* threshold;
     std::uint8_t* age;    ///< frames since the light rose, the first one included; 0: no light
     std::uint8_t* quiet;  ///< frames since the light was last above the threshold
     // The pixel's window that closed and waits for its neighbours', as Closed.
@@ -36,6 +42,7 @@ struct RowPlanes {
     std::uint8_t* waiting_high;  ///< background
     std::uint8_t* waiting_low;
     std::uint8_t* waiting_threshold;
+    std::uint8_t* flags;  ///< of groups
     static constexpr std::size_t kCount = 10;
 
     /// Planes of `stride` bytes, one behind the other.
@@ -43,6 +50,10 @@ struct RowPlanes {
         const auto plane = [&](std::size_t i) { return first + i * stride; };
         return {plane(0), plane(1), plane(2), plane(3), plane(4),
                 plane(5), plane(6), plane(7), plane(8), plane(9)};
+    }
+    void raise(int x, GroupFlag flag) const { flags[x / kLanes] |= flag; }
+    void lower(int x, GroupFlag flag) const {
+        flags[x / kLanes] &= static_cast<std::uint8_t>(~flag);
     }
     std::uint32_t background(int x) const {
         return (std::uint32_t{background_high[x]} << 8) | background_low[x];
@@ -52,17 +63,18 @@ struct RowPlanes {
         background_low[x] = static_cast<std::uint8_t>(level);
     }
     /// The pixel's window has closed: true if it waits now, false if another one does.
-    bool let_wait(int x, int last, std::uint8_t end) const {
+    bool let_wait(int x, std::uint32_t threshold, int last, std::uint8_t end) const {
         if (waiting[x] != 0) return false;
         waiting[x] = static_cast<std::uint8_t>(last + 1);
         waiting_end[x] = end;
         waiting_high[x] = background_high[x];
         waiting_low[x] = background_low[x];
-        waiting_threshold[x] = threshold[x];
+        waiting_threshold[x] = static_cast<std::uint8_t>(threshold);
+        raise(x, kWaiting);
         return true;
     }
-    Closed closed(int x, int last, std::uint8_t end) const {
-        return {x, static_cast<std::uint16_t>(background(x)), threshold[x],
+    Closed closed(int x, std::uint32_t threshold, int last, std::uint8_t end) const {
+        return {x, static_cast<std::uint16_t>(background(x)), static_cast<std::uint8_t>(threshold),
                 static_cast<std::uint8_t>(last), end};
     }
 };
@@ -93,7 +105,7 @@ RowState advance_row_plainly(const std::uint8_t* const* rows, int count, int wid
                              const RowPlanes& planes, const DetectionLevels& levels,
                              const WindowLimits& limits, std::uint8_t number,
                              std::vector<Closed>& others);
-/// Backgrounds and thresholds of a row from its first kBatch samples, or any number of them.
+/// Backgrounds of a row from its first kBatch samples, or any number of them.
 void set_backgrounds(const std::uint8_t* const* rows, int width, const RowPlanes& planes,
                      const DetectionLevels& levels);
 void set_backgrounds_plainly(const std::uint8_t* const* rows, int count, int begin, int end,
@@ -102,6 +114,7 @@ void set_backgrounds_plainly(const std::uint8_t* const* rows, int count, int beg
 /// Windows of kLanes neighbouring pixels, a lane each; frames by their numbers.
 struct GroupWindows {
     int x, y;                                 ///< of lane 0
+    bool found;                               ///< pixels of it may have a pulse already
     int first, past;                          ///< frames [first, past) hold all of the windows,
     int inner_first, inner_past;              ///< and all of the windows hold these
     std::int32_t begin[kLanes], end[kLanes];  ///< of each window; equal where there is none
@@ -117,7 +130,7 @@ int collect_groups(const RowPlanes& planes, int width, int now, int patience,
 
 constexpr int kSampleBins = 128;  ///< of SampleHistogram
 
-/// A group and its fits; see fit_group().
+/// A group and its fits; see fit_groups().
 struct FitTask {
     // In. Times in any unit, from any frame on.
     const GroupWindows* windows = nullptr;
@@ -143,10 +156,10 @@ struct FitTask {
     float chi_square[kLanes];            ///< per degree of freedom
 };
 
-/// Fits a Gaussian over a constant background to every window: Fisher scoring of the likelihood of
-/// gaussian_fit.h, whose aperture integral is developed to the fourth moment. Sigma is inflated as
-/// sigma_inflation() says.
-void fit_group(FitTask& task);
+/// Fits a Gaussian over a constant background to every window of a group, or of two (`other`: the
+/// second, or null): Fisher scoring of the likelihood of gaussian_fit.h, whose aperture integral is
+/// developed to the fourth moment. Sigma is inflated as sigma_inflation() says.
+void fit_groups(FitTask& task, FitTask* other);
 
 /// Instruction sets that can run here, best first: their names, and a way to choose one for tests
 /// (empty: the best). Throws std::invalid_argument for one that is not in the list.

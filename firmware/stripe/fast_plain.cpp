@@ -12,9 +12,10 @@ RowState advance_row_plainly(const std::uint8_t* const* rows, int count, int wid
     for (int x = 0; x < width; ++x) {
         std::uint32_t sum = 0;
         int age = planes.age[x], quiet = planes.quiet[x];
+        const std::uint32_t threshold = levels.threshold(planes.background(x));
         for (int k = 0; k < count; ++k) {
             const std::uint8_t sample = rows[k][x];
-            const bool above = sample > planes.threshold[x];
+            const bool above = sample > threshold;
             sum += sample;
             state.saturated_samples += sample == 255;
             if (age == 0 && !above) continue;
@@ -26,16 +27,17 @@ RowState advance_row_plainly(const std::uint8_t* const* rows, int count, int wid
                 age = 0;
             } else if (!above && quiet >= margin_frames(last, limits)) {
                 const auto behind = static_cast<std::uint8_t>(number + k + 1);
-                if (!planes.let_wait(x, last, behind))
-                    others.push_back(planes.closed(x, last, behind));
+                if (!planes.let_wait(x, threshold, last, behind))
+                    others.push_back(planes.closed(x, threshold, last, behind));
                 age = 0;
             }
         }
         planes.age[x] = static_cast<std::uint8_t>(age);
+        if (x % kLanes == 0) planes.lower(x, kOpen);
+        if (age > 0) planes.raise(x, kOpen);
         state.oldest = std::max(state.oldest, age);
         planes.quiet[x] = static_cast<std::uint8_t>(quiet);
         if (age == 0) planes.set_background(x, levels.follow(planes.background(x), sum, count));
-        planes.threshold[x] = static_cast<std::uint8_t>(levels.threshold(planes.background(x)));
     }
     return state;
 }
@@ -46,7 +48,6 @@ void set_backgrounds_plainly(const std::uint8_t* const* rows, int count, int beg
         DetectionLevels::FirstSamples samples(rows[0][x]);
         for (int k = 1; k < count; ++k) samples.add(rows[k][x]);
         planes.set_background(x, levels.first(samples));
-        planes.threshold[x] = static_cast<std::uint8_t>(levels.threshold(planes.background(x)));
     }
 }
 

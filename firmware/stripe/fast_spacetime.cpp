@@ -69,7 +69,7 @@ class FastEngine final : public SpacetimeEngine {
                 advance_row(y, k, std::min(end, k + kBatch), others);
             // A row's windows are fitted while memory fetches the next one's.
             fits.queue(y, planes(y), false);
-            for (const fast::Closed& window : others) fits.queue(y, window);
+            for (const fast::Closed& window : others) fits.queue(y, planes(y), window);
             fits.fit_queued();
             fits.flip();
         }
@@ -150,7 +150,7 @@ class FastEngine final : public SpacetimeEngine {
             std::max({first_above - fast::margin_frames(last, limits_), frames_.first(), 0});
         window.end = frames_.count();
         window.background = static_cast<float>(row.background(x)) / 256.0f;
-        window.level = static_cast<float>(row.threshold[x]) + 1.0f;
+        window.level = static_cast<float>(levels_.threshold(row.background(x))) + 1.0f;
         window.at_sequence_end = true;
         return window;
     }
@@ -171,14 +171,19 @@ class FastEngine final : public SpacetimeEngine {
         for (const Pulse& pulse : rows_[static_cast<std::size_t>(y)].others)
             widths.push_back(pulse.width);
     }
-    void append_row(int y, std::vector<Pulse>& pulses) override {
+    void append_row(int y, const WidthLimits& limits, PulseMap& map) override {
         const fast::PulsePlanes::Row row = pulses_.row(y);
         const std::vector<Pulse>& others = rows_[static_cast<std::size_t>(y)].others;
         auto other = others.begin();
         for (int x = 0; x < width_; ++x) {
-            if (row.width[x] != 0) pulses.push_back(clean_pulse(x, y, row));
-            while (other != others.end() && static_cast<int>(other->u) == x)
-                pulses.push_back(*other++);
+            if (row.width[x] != 0) {
+                Pulse& pulse = map.pulses.emplace_back();
+                pulse = clean_pulse(x, y, row);
+                pulse.flags = limits.flag(pulse.width);
+            }
+            for (; other != others.end() && static_cast<int>(other->u) == x; ++other)
+                append(*other, limits, map);
+            end_cell(x, y, map);
         }
     }
 

@@ -56,8 +56,14 @@ class ReferenceEngine final : public SpacetimeEngine {
     void append_widths(int y, std::vector<float>& widths) override {
         for (const Pulse& pulse : rows_[y].pulses) widths.push_back(pulse.width);
     }
-    void append_row(int y, std::vector<Pulse>& pulses) override {
-        pulses.insert(pulses.end(), rows_[y].pulses.begin(), rows_[y].pulses.end());
+    void append_row(int y, const WidthLimits& limits, PulseMap& map) override {
+        auto pulse = rows_[y].pulses.begin();
+        const auto end = rows_[y].pulses.end();
+        for (int x = 0; x < width_; ++x) {
+            for (; pulse != end && static_cast<int>(pulse->u) == x; ++pulse)
+                append(*pulse, limits, map);
+            end_cell(x, y, map);
+        }
     }
 
     std::vector<PixelTracker<T>> rows_;

@@ -75,15 +75,6 @@ float median_width(std::vector<float>& widths) {
     return *at;
 }
 
-/// Widths further than `ratio` from the median are flagged, where there is one.
-struct WidthLimits {
-    double median = 0, ratio = 1;
-
-    bool excludes(float width) const {
-        return median > 0 && (width > median * ratio || width * ratio < median);
-    }
-};
-
 double median_of(const SampleHistogram& histogram, std::uint32_t total) {
     std::uint32_t below = 0;
     for (std::size_t bin = 0; bin < histogram.size(); ++bin) {
@@ -180,18 +171,13 @@ void SpacetimeEngine::assemble(PulseMap& map) {
     widths.reserve(map.cell_begin.size());
     for (int y = 0; y < height_; ++y) append_widths(y, widths);
     map.pulses.reserve(widths.size());
-    WidthLimits limits{0, options_.width_ratio};
-    if (widths.size() >= kFewestWidths) limits.median = median_width(widths);
-    std::size_t cell = 0, i = 0;
-    for (int y = 0; y < height_; ++y) {
-        append_row(y, map.pulses);
-        for (int x = 0; x < width_; ++x) {
-            for (; i < map.pulses.size() && static_cast<int>(map.pulses[i].u) == x; ++i)
-                if (limits.excludes(map.pulses[i].width))
-                    map.pulses[i].flags |= kPulseWidthOutOfRange;
-            map.cell_begin[++cell] = static_cast<std::uint32_t>(i);
-        }
+    WidthLimits limits;
+    if (widths.size() >= kFewestWidths) {
+        const double median = median_width(widths);
+        limits.least = static_cast<float>(median / options_.width_ratio);
+        limits.most = static_cast<float>(median * options_.width_ratio);
     }
+    for (int y = 0; y < height_; ++y) append_row(y, limits, map);
 }
 
 }  // namespace stria

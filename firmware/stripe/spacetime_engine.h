@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -59,10 +60,28 @@ class SpacetimeEngine {
     /// First frame that an open window may want; `otherwise` if none is open.
     virtual int oldest_needed(int otherwise) const = 0;
     virtual Row row(int y) const = 0;
-    /// After finish_rows(): the widths of a row's pulses, in any order, and its pulses, as
-    /// tidy_row() leaves them.
+    /// Widths beyond them are flagged.
+    struct WidthLimits {
+        float least = 0, most = std::numeric_limits<float>::infinity();
+
+        std::uint16_t flag(float width) const {
+            return width < least || width > most ? kPulseWidthOutOfRange : 0;
+        }
+    };
+    /// After finish_rows(): the widths of a row's pulses, in any order; its pulses, by pixel and as
+    /// tidy_row() leaves them, with append() and an end_cell() for each pixel.
     virtual void append_widths(int y, std::vector<float>& widths) = 0;
-    virtual void append_row(int y, std::vector<Pulse>& pulses) = 0;
+    virtual void append_row(int y, const WidthLimits& limits, PulseMap& map) = 0;
+
+    static void append(const Pulse& pulse, const WidthLimits& limits, PulseMap& map) {
+        map.pulses.push_back(pulse);
+        map.pulses.back().flags |= limits.flag(pulse.width);
+    }
+    void end_cell(int x, int y, PulseMap& map) const {
+        map.cell_begin[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+                       static_cast<std::size_t>(x) + 1] =
+            static_cast<std::uint32_t>(map.pulses.size());
+    }
 
     /// Orders a row's pulses by pixel, those of a pixel by strength, then time; drops what two
     /// windows found twice, keeps the strongest of a pixel and suspects weak second ones.

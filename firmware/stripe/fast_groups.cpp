@@ -44,14 +44,12 @@ PixelWindow window_of(const GroupWindows& group, int lane) {
     return window;
 }
 
-/// Copies lanes from `lane` on to the row's planes.
+/// Copies lanes from `lane` on to the row's planes, but for their times.
 template <int kCount>
-void store_lanes(const FitTask& task, const TimeNs* times, const PulsePlanes::Row& row, int x,
-                 int lane) {
-    const auto put = [&](const auto* from, auto* to) {
+void store_lanes(const FitTask& task, const PulsePlanes::Row& row, int x, int lane) {
+    const auto put = [&](const float* from, float* to) {
         std::memcpy(to + x + lane, from + lane, kCount * sizeof(*to));
     };
-    put(times, row.t_ns);
     put(task.amplitude, row.amplitude);
     put(task.width, row.width);
     put(task.level, row.background);
@@ -268,10 +266,9 @@ void GroupFits::settle(const Work& work) {
 void GroupFits::store(const Work& work, TimeNs middle) {
     const FitTask& task = work.task;
     const int x = task.windows->x, y = task.windows->y;
-    TimeNs times[kLanes];
-    for (int lane = 0; lane < kLanes; ++lane)
-        times[lane] =
-            middle + rounded(static_cast<double>(task.position[lane]) * setting_.period_ns);
+    const auto time_of = [&](int lane) {
+        return middle + rounded(static_cast<double>(task.position[lane]) * setting_.period_ns);
+    };
     const PulsePlanes::Row row = planes_.row(y);
     const Frame& frame = setting_.frames.at(work.middle);
     const bool usual =
@@ -279,15 +276,20 @@ void GroupFits::store(const Work& work, TimeNs middle) {
     std::uint32_t free = 0;
     for (int lane = 0; lane < kLanes; ++lane) free |= (row.width[x + lane] == 0 ? 1u : 0u) << lane;
     if (usual && (task.pulses & free) == kAllLanes) {
-        store_lanes<kLanes>(task, times, row, x, 0);
+        // One by one: a copy would wait for its parts.
+        for (int lane = 0; lane < kLanes; ++lane) row.t_ns[x + lane] = time_of(lane);
+        store_lanes<kLanes>(task, row, x, 0);
         return;
     }
     for (std::uint32_t bits = task.pulses; bits != 0; bits &= bits - 1) {
         const int lane = std::countr_zero(bits);
-        if (usual && (free >> lane & 1u) != 0)
-            store_lanes<1>(task, times, row, x, lane);
-        else
-            rows_[static_cast<std::size_t>(y)].others.push_back(pulse_of(work, lane, times[lane]));
+        if (usual && (free >> lane & 1u) != 0) {
+            row.t_ns[x + lane] = time_of(lane);
+            store_lanes<1>(task, row, x, lane);
+        } else {
+            rows_[static_cast<std::size_t>(y)].others.push_back(
+                pulse_of(work, lane, time_of(lane)));
+        }
     }
 }
 

@@ -119,14 +119,15 @@ class FastEngine final : public SpacetimeEngine {
         for (std::size_t i = 0, count = others.size(); i < count; ++i) {
             const int x = static_cast<int>(others[i].u);
             if (row.width[x] == 0) continue;
-            others.push_back(clean_pulse(x, y, row));
+            fill_clean(others.emplace_back(), x, y, row, 0);
             row.width[x] = 0;
         }
         tidy_row(others);
     }
 
-    Pulse clean_pulse(int x, int y, const fast::PulsePlanes::Row& row) const {
-        Pulse pulse;
+    /// Written in place: a copy would wait for its parts.
+    void fill_clean(Pulse& pulse, int x, int y, const fast::PulsePlanes::Row& row,
+                    std::uint16_t flags) const {
         pulse.u = static_cast<float>(x);
         pulse.v = static_cast<float>(y);
         pulse.t_ns = row.t_ns[x];
@@ -135,9 +136,9 @@ class FastEngine final : public SpacetimeEngine {
         pulse.background = row.background[x];
         pulse.sigma = row.sigma[x];
         pulse.chi_square = row.chi_square[x];
+        pulse.flags = flags;
         pulse.laser_id = laser_id_;
         pulse.exposure_index = exposure_index_;
-        return pulse;
     }
 
     PixelWindow open_window(int x, int y, const fast::RowPlanes& row) const {
@@ -176,11 +177,8 @@ class FastEngine final : public SpacetimeEngine {
         const std::vector<Pulse>& others = rows_[static_cast<std::size_t>(y)].others;
         auto other = others.begin();
         for (int x = 0; x < width_; ++x) {
-            if (row.width[x] != 0) {
-                Pulse& pulse = map.pulses.emplace_back();
-                pulse = clean_pulse(x, y, row);
-                pulse.flags = limits.flag(pulse.width);
-            }
+            const float width = row.width[x];
+            if (width != 0) fill_clean(map.pulses.emplace_back(), x, y, row, limits.flag(width));
             for (; other != others.end() && static_cast<int>(other->u) == x; ++other)
                 append(*other, limits, map);
             end_cell(x, y, map);

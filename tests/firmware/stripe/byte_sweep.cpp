@@ -131,25 +131,55 @@ bool same_sweep(const Result& a, const Result& b) {
            a.map.frames_dropped == b.map.frames_dropped && a.ignored == b.ignored;
 }
 
+double strength(const Pulse& p) { return p.amplitude * std::sqrt(p.width); }
+
+/// Relative bound of an amplitude.
+double amplitude_bound(const ByteSweep& sweep, const Pulse& p) {
+    return 0.2 * std::sqrt(sample_variance(sweep.noise, p.background + p.amplitude)) / p.amplitude +
+           0.015;
+}
+
+/// Flags that may differ, because the ratio that they are about is at its limit within the bounds
+/// of what it is of: a width over the median width (both 5 %), a ghost's height over that of the
+/// strongest pulse of its cell, which is either one of two equally strong.
+int flags_at_their_limit(const ByteSweep& sweep, const Pulse& p, std::span<const Pulse> cell,
+                         double median_width) {
+    int flags = 0;
+    const double ratio = p.width / median_width, limit = sweep.options.width_ratio;
+    for (const double at : {limit, 1.0 / limit})
+        if (std::abs(ratio / at - 1.0) <= 0.11) flags |= kPulseWidthOutOfRange;
+    for (const Pulse& strongest : cell) {
+        if (kEqualStrength * strength(strongest) < strength(cell.front())) continue;
+        const double share = p.amplitude / strongest.amplitude;
+        const double bound = amplitude_bound(sweep, p) + amplitude_bound(sweep, strongest);
+        const bool either = &strongest != &cell.front();  // its partner may stand first
+        if (either || kEqualStrength * strength(p) >= strength(cell.front()) ||
+            std::abs(2.0 * share - 1.0) <= bound)
+            flags |= kPulseGhostSuspected;
+    }
+    return flags;
+}
+
+double median_width(const PulseMap& map) {
+    std::vector<float> widths = {1};
+    for (const Pulse& pulse : map.pulses) widths.push_back(pulse.width);
+    const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+    std::nth_element(widths.begin(), middle, widths.end());
+    return *middle;
+}
+
 /// The bound that the two break, or null.
-const char* broken_bound(const ByteSweep& sweep, const Pulse& a, const Pulse& b) {
+const char* broken_bound(const ByteSweep& sweep, const Pulse& a, const Pulse& b, int may_differ) {
     const double time = static_cast<double>(a.t_ns - b.t_ns);
-    const double noise = std::sqrt(sample_variance(sweep.noise, a.background + a.amplitude));
     if (!(std::abs(time) <= 0.1 * a.sigma + 0.002 * sweep.period_ns)) return "time";
     if (!(std::abs(b.sigma / a.sigma - 1) <= 0.05)) return "sigma";
     if (!(std::abs(b.width / a.width - 1) <= 0.05)) return "width";
-    if (!(std::abs(a.amplitude - b.amplitude) <= 0.2 * noise + 0.015 * a.amplitude))
-        return "amplitude";
+    if (!(std::abs(b.amplitude / a.amplitude - 1) <= amplitude_bound(sweep, a))) return "amplitude";
     if (!(std::abs(a.chi_square - b.chi_square) <= 0.03 * std::max(a.chi_square, 1.0f)))
         return "chi-square";
-    // A width is flagged by its ratio to the median, a ghost by the strongest pulse's height, which
-    // both know to a few per cent only.
-    if (((a.flags ^ b.flags) & ~(kPulseWidthOutOfRange | kPulseGhostSuspected)) != 0)
-        return "flags";
+    if (((a.flags ^ b.flags) & ~may_differ) != 0) return "flags";
     return nullptr;
 }
-
-double strength(const Pulse& p) { return p.amplitude * std::sqrt(p.width); }
 
 /// Where a pixel has more pulses than are kept, those of equal strength may be kept either way.
 bool may_be_left_out(const ByteSweep& sweep, const Pulse& pulse, std::span<const Pulse> others) {
@@ -162,16 +192,17 @@ bool may_be_left_out(const ByteSweep& sweep, const Pulse& pulse, std::span<const
 /// The bound that pulse `one` of the reference breaks in the fast map's cell; pulses of equal
 /// strength may stand in either order.
 const char* broken_bound(const ByteSweep& sweep, const Pulse& one, std::span<const Pulse> fast,
-                         Pulse& nearest) {
+                         int may_differ, Pulse& nearest) {
     nearest = *std::min_element(fast.begin(), fast.end(), [&](const Pulse& p, const Pulse& q) {
         return std::abs(p.t_ns - one.t_ns) < std::abs(q.t_ns - one.t_ns);
     });
-    const char* what = broken_bound(sweep, one, nearest);
+    const char* what = broken_bound(sweep, one, nearest, may_differ);
     return what != nullptr && may_be_left_out(sweep, one, fast) ? nullptr : what;
 }
 
 void compare_cells(const ByteSweep& sweep, const Result& reference, const Result& fast,
                    std::vector<Disagreement>& out) {
+    const double usual_width = median_width(reference.map);
     for (int y = 0; y < fast.map.height; ++y)
         for (int x = 0; x < fast.map.width; ++x) {
             const auto a = reference.map.cell(x, y), b = fast.map.cell(x, y);
@@ -183,7 +214,8 @@ void compare_cells(const ByteSweep& sweep, const Result& reference, const Result
             }
             for (const Pulse& one : a) {
                 Pulse nearest;
-                if (const char* what = broken_bound(sweep, one, b, nearest))
+                const int may_differ = flags_at_their_limit(sweep, one, a, usual_width);
+                if (const char* what = broken_bound(sweep, one, b, may_differ, nearest))
                     out.push_back({what, x, y, one, nearest});
             }
         }

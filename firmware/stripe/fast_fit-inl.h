@@ -166,7 +166,9 @@ class LaneFit {
     }
 
     /// What a pass over the samples needs of the model.
-    struct Pass {
+    class Pass {
+      public:
+        HWY_INLINE Pass() {}  // not implied: see Model
         VF inverse, c4, c6, c3, dark;
     };
 

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kFarEnough = 0.2;        ///< radius over distance below which a patch is a point
 constexpr double kStraightEnough = 0.98;  ///< length of the mean normal
+constexpr double kGrazing = 1e-5;         ///< cosine; normals are known to 1e-7
 constexpr double kLiftMm = 5e-3;          ///< off the lit surface, where a shadow ray ends
 constexpr double kFirstBin = 0.75;        ///< beam widths from the passage to the first border
 constexpr double kBinGrowth = 1.3;
@@ -91,7 +92,7 @@ double irradiance(const LitPatch& patch, bool is_single, const SurfaceHit& hit) 
     const double cos_here = normal.dot(to_patch);
     const Eigen::Vector3d patch_normal = patch.normal.normalized();
     const double cos_there = -patch_normal.dot(to_patch);
-    if (cos_there <= 0) return 0;
+    if (cos_there <= kGrazing) return 0;  // a piece of the surface's own plane
     double sum = 0;
     if (is_single && patch.radius_mm > kFarEnough * r) {
         const double area = 4 * patch.half_a.cross(patch.half_b).norm();

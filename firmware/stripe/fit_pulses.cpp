@@ -11,6 +11,9 @@ namespace {
 // Equal Gaussians nearer than so many widths have one maximum together: a light that a tilted
 // surface broadened looks the same.
 constexpr double kTwoMaxima = 2.0;
+// A sharp and a broader pulse are two from so many of the sharp one's widths on, and one of the
+// broader one's.
+constexpr double kStandsApart = 1.5;
 
 /// Sample i over the single pulse, the aperture's blur to second order.
 double residual_at(const FitSamples& samples, const GaussianFit& fit, int i) {
@@ -57,9 +60,9 @@ bool is_certain(const FitSamples& samples, const GaussianFit& fit) {
     const bool clipped =
         std::count(samples.saturated.begin(), samples.saturated.begin() + samples.count, 1) > 0;
     for (int k = 0; k < fit.peaks; ++k) {
-        if (fit.sigma[k] > fit.width + half_step) return false;
+        if (fit.sigma[k] > fit.width_of(k) + half_step) return false;
         // A narrow or clipped pulse may trade height against width and yet be certain.
-        if (!clipped && fit.width > 3.0 * half_step &&
+        if (!clipped && fit.width_of(k) > 3.0 * half_step &&
             fit.amplitude[k] < 3.0 * fit.sigma_amplitude[k])
             return false;
         if (fit.position[k] <= first - half_step || fit.position[k] >= last + half_step)
@@ -118,10 +121,24 @@ GaussianFit best_one(const FitSamples& samples, const SensorNoise& noise, double
     return !one.converged || other.deviance < one.deviance ? other : one;
 }
 
-}  // namespace
+/// Whether a sharp pulse and a weaker, broader one explain the samples where `otherwise` does not,
+/// and stand apart. (A pulse on its own pedestal does not; and the flat top of a tilted surface's
+/// light is described by a broad pulse and a weaker, sharper one.)
+bool are_unlike(const FitSamples& samples, const GaussianFit& two, const GaussianFit& otherwise,
+                double min_amplitude) {
+    if (!two.converged || two.width_at_limit || !is_certain(samples, two)) return false;
+    if (two.second_width < two.width) return false;
+    const double separation = std::abs(two.position[0] - two.position[1]);
+    if (separation < std::max(kStandsApart * two.width, two.second_width)) return false;
+    if (two.amplitude[1] < std::max(min_amplitude, 0.05 * two.amplitude[0])) return false;
+    const double parameters = otherwise.peaks == 1 ? 3.0 : 1.0;
+    const double penalty = parameters * std::log(static_cast<double>(samples.count));
+    return (otherwise.deviance - two.deviance) / std::max(two.chi_square, 1.0) > penalty;
+}
 
-GaussianFit fit_pulses(const FitSamples& samples, const SensorNoise& noise, double full_scale,
-                       const FitStart& start, double min_amplitude) {
+/// One pulse or two of a common width.
+GaussianFit fit_alike(const FitSamples& samples, const SensorNoise& noise, double full_scale,
+                      const FitStart& start, double min_amplitude) {
     GaussianFit one = best_one(samples, noise, full_scale, start);
     if (!one.converged || !significant_misfit(one)) return one;
     const Residual residual = greatest_residual(samples, one);
@@ -143,9 +160,26 @@ GaussianFit fit_pulses(const FitSamples& samples, const SensorNoise& noise, doub
     return one;
 }
 
+}  // namespace
+
+GaussianFit fit_pulses(const FitSamples& samples, const SensorNoise& noise, double full_scale,
+                       const FitStart& start, double min_amplitude) {
+    const GaussianFit alike = fit_alike(samples, noise, full_scale, start, min_amplitude);
+    if (!start.widths_may_differ || !alike.converged || !significant_misfit(alike)) return alike;
+    GaussianFit from = alike;
+    if (alike.peaks == 1) {
+        const Residual residual = greatest_residual(samples, alike);
+        if (residual.amplitude < 0.5 * min_amplitude) return alike;
+        from.position[1] = residual.position;
+        from.amplitude[1] = residual.amplitude;
+    }
+    const GaussianFit unlike = fit_unlike_gaussians(samples, noise, full_scale, from, start);
+    return are_unlike(samples, unlike, alike, min_amplitude) ? unlike : alike;
+}
+
 double sampled_amplitude(const GaussianFit& fit, int k, double half_aperture) {
-    const double w2 = fit.width * fit.width;  // a box of half length h adds h^2 / 3
-    return fit.amplitude[k] * fit.width / std::sqrt(w2 + half_aperture * half_aperture / 3.0);
+    const double w = fit.width_of(k), w2 = w * w;  // a box of half length h adds h^2 / 3
+    return fit.amplitude[k] * w / std::sqrt(w2 + half_aperture * half_aperture / 3.0);
 }
 
 double sigma_inflation(const GaussianFit& fit) {

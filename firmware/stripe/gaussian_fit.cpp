@@ -47,13 +47,15 @@ CensoredTerms censored_terms(double level, double model, double variance) {
     return {hazard / s, std::max(hazard * (hazard - z), 0.0) / variance, -2.0 * log_tail};
 }
 
-/// Levenberg-Marquardt over [A1, m1, (A2, m2,) log w, b].
-template <int kPeaks>
+/// Levenberg-Marquardt over [A1, m1, (A2, m2,) log w1, (log w2,) b].
+template <int kPeaks, int kWidths = 1>
 class Fitter {
   public:
-    static constexpr int kSize = 2 * kPeaks + 2;
+    static constexpr int kSize = 2 * kPeaks + kWidths + 1;
     static constexpr int kLogWidth = 2 * kPeaks;
-    static constexpr int kBackground = kLogWidth + 1;
+    static constexpr int kBackground = kLogWidth + kWidths;
+    /// Index of the logarithm of peak k's width.
+    static constexpr int log_width_of(int k) { return kLogWidth + std::min(k, kWidths - 1); }
     using Vector = std::array<double, kSize>;
     using Matrix = std::array<Vector, kSize>;
 
@@ -79,14 +81,14 @@ class Fitter {
             ++fit.iterations;
             set_weights();
             accumulate(p);
-            hold_width_at_limit(p[kLogWidth]);
+            hold_widths_at_limit(p);
             fit.converged = !improve(p, damping, fit.iterations > kFullSteps ? 0.5 : 1.0);
         }
         fit.converged = fit.converged || last_decrease_ < kLooseDecrease ||
                         last_move_ < kLooseMove * std::exp(p[kLogWidth]);
         set_weights();
         accumulate(p);
-        hold_width_at_limit(p[kLogWidth]);
+        hold_widths_at_limit(p);
         report(p, fit);
         return fit;
     }
@@ -102,18 +104,21 @@ class Fitter {
             p[2 * k] = std::clamp(p[2 * k], 1e-3, max_amplitude_);
             p[2 * k + 1] = std::clamp(p[2 * k + 1], min_position_, max_position_);
         }
-        p[kLogWidth] = std::clamp(p[kLogWidth], min_log_width_, max_log_width_);
+        for (int a = kLogWidth; a < kBackground; ++a)
+            p[a] = std::clamp(p[a], min_log_width_, max_log_width_);
     }
 
     void evaluate(const Vector& p, Evaluation& out) const {
-        const double width = std::exp(p[kLogWidth]);
         std::fill_n(out.model.begin(), samples_.count, p[kBackground]);
-        std::fill_n(out.slope[kLogWidth].begin(), samples_.count, 0.0);
-        for (int k = 0; k < kPeaks; ++k) add_peak(p[2 * k], p[2 * k + 1], width, 2 * k, out);
+        for (int a = kLogWidth; a < kBackground; ++a)
+            std::fill_n(out.slope[a].begin(), samples_.count, 0.0);
+        for (int k = 0; k < kPeaks; ++k) add_peak(k, p, out);
     }
 
-    void add_peak(double amplitude, double position, double width, int column,
-                  Evaluation& out) const {
+    void add_peak(int k, const Vector& p, Evaluation& out) const {
+        const double amplitude = p[2 * k], position = p[2 * k + 1];
+        const double width = std::exp(p[log_width_of(k)]);
+        const int column = 2 * k;
         const double h = samples_.half_aperture;
         const bool narrow = h < kNarrowAperture * width;
         double last_edge = -1e300;
@@ -139,7 +144,7 @@ class Fitter {
             out.model[i] += amplitude * g.value;
             out.slope[column][i] = g.value;
             out.slope[column + 1][i] = amplitude * g.by_position;
-            out.slope[kLogWidth][i] += amplitude * g.by_log_width;
+            out.slope[log_width_of(k)][i] += amplitude * g.by_log_width;
         }
     }
 
@@ -201,14 +206,16 @@ class Fitter {
         }
     }
 
-    /// Takes the width out of the equations where it would leave its limits.
-    void hold_width_at_limit(double log_width) {
-        const bool low = log_width <= min_log_width_ && gradient_[kLogWidth] < 0;
-        const bool high = log_width >= max_log_width_ && gradient_[kLogWidth] > 0;
-        if (!low && !high) return;
-        gradient_[kLogWidth] = 0;
-        for (int a = 0; a < kSize; ++a) fisher_[a][kLogWidth] = fisher_[kLogWidth][a] = 0;
-        fisher_[kLogWidth][kLogWidth] = 1;
+    /// Takes widths out of the equations where they would leave their limits.
+    void hold_widths_at_limit(const Vector& p) {
+        for (int w = kLogWidth; w < kBackground; ++w) {
+            const bool low = p[w] <= min_log_width_ && gradient_[w] < 0;
+            const bool high = p[w] >= max_log_width_ && gradient_[w] > 0;
+            if (!low && !high) continue;
+            gradient_[w] = 0;
+            for (int a = 0; a < kSize; ++a) fisher_[a][w] = fisher_[w][a] = 0;
+            fisher_[w][w] = 1;
+        }
     }
 
     /// One accepted step, or that share of it; false when the solution is reached or no step helps
@@ -225,8 +232,8 @@ class Fitter {
             for (int a = 0; a < kSize; ++a) decrease += step[a] * gradient_[a];
             Vector trial_p = p;
             for (int a = 0; a < kSize; ++a) trial_p[a] += share * step[a];
-            trial_p[kLogWidth] = std::clamp(trial_p[kLogWidth], p[kLogWidth] - 0.7,
-                                            p[kLogWidth] + 0.7);  // at most a factor of two
+            for (int w = kLogWidth; w < kBackground; ++w)  // at most a factor of two
+                trial_p[w] = std::clamp(trial_p[w], p[w] - 0.7, p[w] + 0.7);
             clamp(trial_p);
             evaluate(trial_p, trial_);
             if (objective(trial_p, trial_) <= before + 1e-9 * std::abs(before)) {
@@ -286,8 +293,10 @@ class Fitter {
             fit.position[k] = p[2 * k + 1];
         }
         fit.width = std::exp(p[kLogWidth]);
+        fit.second_width = std::exp(p[kBackground - 1]);
         fit.background = p[kBackground];
-        fit.width_at_limit = p[kLogWidth] <= min_log_width_ || p[kLogWidth] >= max_log_width_;
+        for (int w = kLogWidth; w < kBackground; ++w)
+            fit.width_at_limit |= p[w] <= min_log_width_ || p[w] >= max_log_width_;
         report_misfit(fit);
         Matrix lower = fisher_;
         if (!factor(lower)) {
@@ -333,6 +342,15 @@ class Fitter {
     double last_decrease_ = 1e300, last_move_ = 1e300;
 };
 
+void put_stronger_first(GaussianFit& fit) {
+    if (fit.amplitude[1] <= fit.amplitude[0]) return;
+    std::swap(fit.amplitude[0], fit.amplitude[1]);
+    std::swap(fit.position[0], fit.position[1]);
+    std::swap(fit.sigma[0], fit.sigma[1]);
+    std::swap(fit.sigma_amplitude[0], fit.sigma_amplitude[1]);
+    std::swap(fit.width, fit.second_width);
+}
+
 }  // namespace
 
 GaussianFit fit_one_gaussian(const FitSamples& samples, const SensorNoise& noise, double full_scale,
@@ -348,12 +366,28 @@ GaussianFit fit_two_gaussians(const FitSamples& samples, const SensorNoise& nois
     Fitter<2> fitter(samples, noise, full_scale, limits);
     GaussianFit fit = fitter.run({from.amplitude[0], from.position[0], from.amplitude[1],
                                   from.position[1], std::log(from.width), from.background});
-    if (fit.amplitude[1] > fit.amplitude[0]) {
-        std::swap(fit.amplitude[0], fit.amplitude[1]);
-        std::swap(fit.position[0], fit.position[1]);
-        std::swap(fit.sigma[0], fit.sigma[1]);
-    }
+    put_stronger_first(fit);
     return fit;
+}
+
+GaussianFit fit_unlike_gaussians(const FitSamples& samples, const SensorNoise& noise,
+                                 double full_scale, const GaussianFit& from,
+                                 const FitStart& limits) {
+    using Unlike = Fitter<2, 2>;
+    if (samples.count <= Unlike::kSize) return {};
+    GaussianFit best;
+    for (int broad = 0; broad < 2; ++broad) {
+        Unlike fitter(samples, noise, full_scale, limits);
+        Unlike::Vector start = {from.amplitude[0], from.position[0], from.amplitude[1],
+                                from.position[1]};
+        start[Unlike::log_width_of(broad)] = std::log(2.0 * from.width);
+        start[Unlike::log_width_of(1 - broad)] = std::log(0.9 * from.width);
+        start[Unlike::kBackground] = from.background;
+        const GaussianFit fit = fitter.run(start);
+        if (fit.converged && (!best.converged || fit.deviance < best.deviance)) best = fit;
+    }
+    put_stronger_first(best);
+    return best;
 }
 
 }  // namespace stria

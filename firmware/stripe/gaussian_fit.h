@@ -31,18 +31,20 @@ struct FitStart {
     double min_width = 0.3;
     double max_width = 12;
     bool search = false;  ///< fit_pulses: where a fit leaves a doubt, also from search_start()
+    bool widths_may_differ = false;  ///< fit_pulses: of two
 };
 
-/// One or two Gaussian pulses of a common width over a constant background.
+/// One or two Gaussian pulses over a constant background.
 struct GaussianFit {
     int peaks = 1;
     std::array<double, 2> position{};   ///< unit of x
     std::array<double, 2> amplitude{};  ///< DN at the centre, before the aperture blurs it
     std::array<double, 2> sigma{};      ///< standard deviation of position, from the Fisher matrix
     std::array<double, 2> sigma_amplitude{};
-    double width = 0;       ///< Gaussian standard deviation, unit of x
-    double background = 0;  ///< DN
-    double chi_square = 0;  ///< per degree of freedom, unsaturated samples only
+    double width = 0;         ///< Gaussian standard deviation, unit of x
+    double second_width = 0;  ///< of the second pulse: the same unless fitted apart
+    double background = 0;    ///< DN
+    double chi_square = 0;    ///< per degree of freedom, unsaturated samples only
     int degrees_of_freedom = 0;
     double deviance = 0;      ///< -2 log likelihood, up to a constant of the samples
     double rms_residual = 0;  ///< DN, unsaturated samples
@@ -50,6 +52,8 @@ struct GaussianFit {
     bool width_at_limit = false;
     bool unresolved = false;  ///< one pulse stands for what may be two: see fit_pulses
     int iterations = 0;
+
+    double width_of(int k) const { return k == 0 ? width : second_width; }
 };
 
 /// Maximum-likelihood fit: model A sqrt(2 pi) w / (2 h) [Phi((x+h-m)/w) - Phi((x-h-m)/w)] + b,
@@ -65,10 +69,19 @@ GaussianFit fit_one_gaussian(const FitSamples& samples, const SensorNoise& noise
 GaussianFit fit_two_gaussians(const FitSamples& samples, const SensorNoise& noise,
                               double full_scale, const GaussianFit& from, const FitStart& limits);
 
+/// Two pulses of widths of their own, the better fit of two starts: either the broader one.
+GaussianFit fit_unlike_gaussians(const FitSamples& samples, const SensorNoise& noise,
+                                 double full_scale, const GaussianFit& from,
+                                 const FitStart& limits);
+
 /// Fits one pulse and, where that leaves a significant misfit, two; returns the two only if the
 /// Bayesian information criterion prefers them (deviances scaled by the better fit's chi-square),
 /// they stand at least two widths apart and the weaker has `min_amplitude` DN and 5 % of the other.
 /// Nearer than that, but not than one width, the single pulse comes back marked `unresolved`.
+/// With `widths_may_differ`, where that leaves a significant misfit, a sharp pulse and a weaker,
+/// broader one are tried (what surfaces throw on each other lasts longer than the beam), and taken
+/// where the criterion asks for them and they stand 1.5 widths of the sharp one apart and one of
+/// the broad one.
 /// A pulse at the end of the window, or whose sigma exceeds its width and half a sample, or whose
 /// amplitude is below 3 of its sigmas though it is wide and not clipped (a slope of the background)
 /// is none: converged is false then.

@@ -55,6 +55,7 @@ FitStart start_of(const FitSamples& samples, double background, int max_pulse_fr
     start.width = std::clamp((high - low + 1) / kFwhmPerSigma, 0.5, start.max_width);
     start.position = 0.5 * (samples.x[low] + samples.x[high]);
     start.background = background;
+    start.widths_may_differ = true;
     start.amplitude = samples.y[top] - background;
     start.search = true;
     return start;
@@ -123,7 +124,7 @@ void fit_window(const FrameStore& frames, const PixelWindow& window, const Senso
         pulse.t_ns = timed.reference_ns +
                      static_cast<TimeNs>(std::llround(fit.position[k] * timed.period_ns));
         pulse.amplitude = static_cast<float>(fit.amplitude[k]);
-        pulse.width = static_cast<float>(fit.width * timed.period_ns);
+        pulse.width = static_cast<float>(fit.width_of(k) * timed.period_ns);
         pulse.background = static_cast<float>(fit.background);
         pulse.sigma = static_cast<float>(fit.sigma[k] * sigma_inflation(fit) * timed.period_ns);
         pulse.chi_square = static_cast<float>(fit.chi_square);
@@ -132,9 +133,10 @@ void fit_window(const FrameStore& frames, const PixelWindow& window, const Senso
         if (timed.any_saturated) pulse.flags |= kPulseSaturated;
         if (fit.peaks > 1 || fit.unresolved) pulse.flags |= kPulseOverlapping;
         if (fit.width_at_limit) pulse.flags |= kPulseWidthOutOfRange;
-        const bool cut_before = window.begin == 0 && fit.position[k] - 2 * fit.width < samples.x[0];
+        const bool cut_before =
+            window.begin == 0 && fit.position[k] - 2 * fit.width_of(k) < samples.x[0];
         const bool cut_after = window.at_sequence_end &&
-                               fit.position[k] + 2 * fit.width > samples.x[samples.count - 1];
+                               fit.position[k] + 2 * fit.width_of(k) > samples.x[samples.count - 1];
         if (cut_before || cut_after) pulse.flags |= kPulseTouchesSequenceEnd;
         pulses.push_back(pulse);
     }

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "host/geometry/parallel.h"
 
@@ -14,10 +15,10 @@ constexpr double kSteepest = 4;        ///< steps of s a pixel, in those of an e
 constexpr double kLinkSigmas = 4;      ///< by which neighbours may differ besides
 constexpr double kFacingSigmas = 3;    ///< that a surface must be turned away by
 constexpr int kFewestNeighbours = 4;   ///< for a gradient
-constexpr double kResolved = 1.5;      ///< widths between pulses that were fitted together
 constexpr int kThroughgoing = 6;       ///< of 8 neighbours that continue a surface through a pixel
 constexpr int kFewestMerging = 2;      ///< merging cells nearby that make a cell doubtful
 constexpr float kMisfit = 2;           ///< chi-square that lets merging light reach farther
+constexpr double kFarthest = 8;        ///< pixels from which merging light is taken to reach
 constexpr double kWider = 1.03;        ///< width over the usual one, and
 constexpr float kSlightMisfit = 1.5F;  ///< chi-square, of a pulse that merging light may be in
 
@@ -119,15 +120,6 @@ bool is_turned_away(const PulseCandidate& c, const Slope& slope, const Channel& 
     return facing < -kFacingSigmas * sigma;
 }
 
-/// Two pulses of a cell that one fit told apart.
-bool was_resolved(const PulseCandidate& c, const std::vector<PulseCandidate>& cell) {
-    return std::any_of(cell.begin(), cell.end(), [&](const PulseCandidate& other) {
-        return &other != &c && (other.pulse->flags & kPulseOverlapping) != 0 &&
-               std::abs(static_cast<double>(other.pulse->t_ns - c.pulse->t_ns)) >
-                   kResolved * static_cast<double>(c.pulse->width);
-    });
-}
-
 /// Whether two cells or more within reach merge at least so surely.
 bool merges_near(const std::vector<Merging>& merging, Merging least, const Grid& grid, int x, int y,
                  int reach) {
@@ -139,20 +131,30 @@ bool merges_near(const std::vector<Merging>& merging, Merging least, const Grid&
     return count >= kFewestMerging;
 }
 
+/// Pixels over which the beam's standard deviation reaches on an even surface.
+double beam_in_pixels(const PulseCandidate& c) {
+    const double width_s = static_cast<double>(c.pulse->width) * 1e-9 * std::abs(c.pulse->ds_dt);
+    return width_s / std::max(even_gradient(c.hit).norm(), 1e-12);
+}
+
 bool is_in_merging_light(const std::vector<Merging>& merging, const PulseCandidate& chosen,
                          const Grid& grid, int x, int y) {
     const float misfit = chosen.pulse->chi_square;
-    if (merges_near(merging, Merging::surely, grid, x, y, misfit > kMisfit ? kReach + 1 : kReach))
+    const double beam_px = std::min(beam_in_pixels(chosen), kFarthest);
+    const int far = std::max(1, static_cast<int>(std::lround(beam_px)));
+    const int near = std::max(1, static_cast<int>(std::lround(beam_px / 2)));
+    if (merges_near(merging, Merging::surely, grid, x, y, misfit > kMisfit ? far : near))
         return true;
+    const bool is_one = (chosen.pulse->flags & kPulseOverlapping) == 0;
+    if (is_one && merges_near(merging, Merging::soon, grid, x, y, near)) return true;
     return chosen.width_ratio > kWider && misfit > kSlightMisfit &&
-           merges_near(merging, Merging::maybe, grid, x, y, kReach);
+           merges_near(merging, Merging::maybe, grid, x, y, far);
 }
 
 bool choose(std::vector<PulseCandidate>& cell) {
     for (PulseCandidate& c : cell) {
         c.flags = static_cast<std::uint16_t>(c.pulse->flags & ~kPulseGhostSuspected);
-        if (was_resolved(c, cell))
-            c.flags = static_cast<std::uint16_t>(c.flags & ~kPulseOverlapping);
+        if (c.apart > kParted) c.flags = static_cast<std::uint16_t>(c.flags & ~kPulseOverlapping);
         if (c.turned_away) c.flags |= kPulseGhostSuspected;
     }
     std::stable_sort(cell.begin(), cell.end(), [](const auto& a, const auto& b) {
@@ -167,6 +169,18 @@ bool choose(std::vector<PulseCandidate>& cell) {
 }
 
 }  // namespace
+
+double widths_apart(const Pulse& pulse, std::span<const Pulse> cell) {
+    double least = std::numeric_limits<double>::infinity();
+    if ((pulse.flags & kPulseOverlapping) == 0) return least;
+    for (const Pulse& other : cell) {
+        if (&other == &pulse || (other.flags & kPulseOverlapping) == 0) continue;
+        const double width = std::sqrt(0.5) * std::hypot(static_cast<double>(pulse.width),
+                                                         static_cast<double>(other.width));
+        least = std::min(least, std::abs(static_cast<double>(other.t_ns - pulse.t_ns)) / width);
+    }
+    return std::isinf(least) ? 0 : least;
+}
 
 JudgeCounts judge_swept_pulses(std::vector<std::vector<PulseCandidate>>& cells, int width,
                                int height, const std::vector<Merging>& merging,

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "firmware/core/pulse.h"
@@ -13,14 +14,24 @@ struct PulseCandidate {
     const Pulse* pulse = nullptr;
     Triangulation hit;
     double width_ratio = 1;    ///< measured over expected, over the scan's median of that
+    double apart = 1e300;      ///< widths_apart
     std::uint16_t flags = 0;   ///< PulseFlag: what the point will carry
     bool turned_away = false;  ///< the surface it would make with its neighbours shows its back
     int support = 0;           ///< neighbours of the 8 about it that continue its surface
 };
 
+/// How far the pulse stands from the nearest one of its cell that was fitted together with it, in
+/// their widths (root mean square of the two). Infinite where it is alone, 0 where the fit saw that
+/// it may be two and could not part them.
+double widths_apart(const Pulse& pulse, std::span<const Pulse> cell);
+constexpr double kParted =
+    1.5;  ///< widths from which on the fit's places are as good as its sigmas
+
 /// Whether two pulses run together in a cell. Surely: one is wider than the beam allows, or wider
-/// than usual and the fit saw that it may be two. Maybe: wider than usual and misfitting.
-enum class Merging : std::uint8_t { no, maybe, surely };
+/// than usual and the fit saw that it may be two. Soon: the fit parted two that stand within 3 of
+/// their widths, so that in a cell beside it they may be one. Maybe: wider than usual and
+/// misfitting.
+enum class Merging : std::uint8_t { no, maybe, soon, surely };
 
 struct JudgeCounts {
     std::size_t turned_away = 0;   ///< pulses that no surface lit from there can have
@@ -44,8 +55,9 @@ struct JudgeCounts {
 ///   continue a second one as well it is flagged kPulseGhostSuspected: two surfaces cannot both go
 ///   on through one pixel;
 /// - near merging pulses a ghost is on its way into the pulse: kPulseOverlapping where two or more
-///   cells of the 5 x 5 about it surely merge (7 x 7 if its chi-square exceeds 2), or, if it is
-///   wider than usual and misfits itself, may merge.
+///   cells surely merge within half a beam width of it (in pixels, on an even surface; a whole one
+///   if its chi-square exceeds 2), or soon will if it is a single pulse, or, if it is wider than
+///   usual and misfits itself, where two or more cells within a beam width may merge.
 /// @param merging  one a cell
 /// @param axis_sigma_s  standard deviation of s besides the pulses' own
 JudgeCounts judge_swept_pulses(std::vector<std::vector<PulseCandidate>>& cells, int width,

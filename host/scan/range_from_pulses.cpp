@@ -172,9 +172,11 @@ std::vector<std::vector<Candidate>> triangulate_all(const PulseMap& map, const S
     std::vector<RangeStatistics> parts((cells + kGrain - 1) / kGrain);
     parallel_for_blocks(cells, kGrain, [&](std::size_t begin, std::size_t end) {
         RangeStatistics& part = parts[begin / kGrain];
-        for (std::size_t i = begin; i < end; ++i)
-            for (std::uint32_t k = map.cell_begin[i]; k < map.cell_begin[i + 1]; ++k) {
-                const Pulse& pulse = map.pulses[k];
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto cell =
+                std::span(map.pulses)
+                    .subspan(map.cell_begin[i], map.cell_begin[i + 1] - map.cell_begin[i]);
+            for (const Pulse& pulse : cell) {
                 const Channel* channel = find_channel(model, map.camera_id, pulse.laser_id);
                 if (!channel) continue;
                 const auto hit = triangulate(*channel, {pulse.u, pulse.v}, pulse.s);
@@ -188,9 +190,10 @@ std::vector<std::vector<Candidate>> triangulate_all(const PulseMap& map, const S
                     continue;
                 }
                 const double width = expected_width(map, *channel, pulse, *hit);
-                found[i].push_back(
-                    {&pulse, *hit, width > 0 ? pulse.width / width : 1.0, pulse.flags});
+                found[i].push_back({&pulse, *hit, width > 0 ? pulse.width / width : 1.0,
+                                    widths_apart(pulse, cell), pulse.flags});
             }
+        }
     });
     for (const RangeStatistics& part : parts) {
         statistics.no_intersection += part.no_intersection;
@@ -211,7 +214,7 @@ double median_over(const std::vector<std::vector<Candidate>>& found, Get get) {
 std::vector<Merging> merging_cells(const std::vector<std::vector<Candidate>>& found,
                                    const RangeOptions& options) {
     constexpr double kTwoTogether = 2;  // times the widest; more is light scattered all about
-    constexpr double kWider = 1.1, kMisfit = 3;
+    constexpr double kWider = 1.1, kMisfit = 3, kSoon = 3;
     const double misfit = kMisfit * std::max(1.0, median_over(found, [](const Candidate& c) {
                                                  return static_cast<double>(c.pulse->chi_square);
                                              }));
@@ -219,12 +222,15 @@ std::vector<Merging> merging_cells(const std::vector<std::vector<Candidate>>& fo
     for (std::size_t i = 0; i < found.size(); ++i)
         for (const Candidate& c : found[i]) {
             const double ratio = c.width_ratio;
+            if ((c.flags & kPulseOverlapping) != 0 && c.apart > kParted) {
+                if (c.apart < kSoon) merging[i] = std::max(merging[i], Merging::soon);
+                continue;
+            }
             if (ratio > kTwoTogether * options.max_width_ratio || ratio < kWider) continue;
-            const bool unparted = found[i].size() == 1 && (c.flags & kPulseOverlapping) != 0;
-            if (ratio > options.max_width_ratio || unparted)
+            if (ratio > options.max_width_ratio || c.apart < kParted)
                 merging[i] = Merging::surely;
-            else if (merging[i] == Merging::no && static_cast<double>(c.pulse->chi_square) > misfit)
-                merging[i] = Merging::maybe;
+            else if (static_cast<double>(c.pulse->chi_square) > misfit)
+                merging[i] = std::max(merging[i], Merging::maybe);
         }
     return merging;
 }

@@ -20,8 +20,8 @@ void draw(const std::string& file, const Scene& scene) {
 }
 
 void draw_all(const std::string& folder) {
-    draw(folder + "/groove_80.png", test::groove_scene(80, 0.9, 800, 200));
-    draw(folder + "/mirror.png", test::mirror_scene(560, 300));
+    draw(folder + "/groove_80.png", test::groove_scene({}));
+    draw(folder + "/mirror.png", test::mirror_scene({}, {.width = 560, .height = 300}));
     draw(folder + "/plain.png", test::plain_scene(400, 320));
 }
 

@@ -1,4 +1,6 @@
 #pragma once
+#include <string>
+
 #include "sim/scene.h"
 
 /// Pieces that many scenes of tests are made of.
@@ -23,15 +25,23 @@ inline void crop_to_middle(CameraModel& camera, int width, int height) {
     camera.height = height;
 }
 
+/// A plane from `corner` on, `size` large, both along its own x and y (mm).
+inline SceneObject rectangle(const std::string& name, const Eigen::Vector2d& corner,
+                             const Eigen::Vector2d& size, const Rigid3& world_from_object) {
+    SceneObject object;
+    object.name = name;
+    object.shape = SceneShape::plane;
+    object.corner_mm = corner;
+    object.size_mm = size;
+    object.world_from_object = world_from_object;
+    return object;
+}
+
 /// A square plate that faces the camera's axis.
 inline SceneObject plate(double depth_mm, double side_mm = 600) {
-    SceneObject object;
-    object.name = "plate";
-    object.shape = SceneShape::plane;
-    object.size_mm = {side_mm, side_mm};
-    object.corner_mm = -object.size_mm / 2;
-    object.world_from_object.translation = {0, 0, -depth_mm};
-    return object;
+    const Eigen::Vector2d size(side_mm, side_mm);
+    return rectangle("plate", -size / 2, size,
+                     {Eigen::Matrix3d::Identity(), Eigen::Vector3d(0, 0, -depth_mm)});
 }
 
 }  // namespace stria::test

@@ -8,6 +8,7 @@
 #include "sim/bounce_light.h"
 #include "sim/form_factor.h"
 #include "sim/mirror_light.h"
+#include "tests/sim/plate_scene.h"
 #include "tests/sim/sim_sweep.h"
 
 namespace stria {
@@ -15,17 +16,12 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
+/// A rectangle about `centre`, its sides along x and y.
 SceneObject plate(const std::string& name, const Eigen::Vector2d& size, const Eigen::Vector3d& x,
                   const Eigen::Vector3d& y, const Eigen::Vector3d& centre) {
-    SceneObject object;
-    object.name = name;
-    object.shape = SceneShape::plane;
-    object.size_mm = size;
-    object.corner_mm = -size / 2;
-    object.world_from_object.rotation.col(0) = x;
-    object.world_from_object.rotation.col(1) = y;
-    object.world_from_object.rotation.col(2) = x.cross(y);
-    object.world_from_object.translation = centre;
+    Eigen::Matrix3d sides;
+    sides << x, y, x.cross(y);
+    SceneObject object = test::rectangle(name, -size / 2, size, {sides, centre});
     object.albedo = 0.7;
     return object;
 }
@@ -141,6 +137,25 @@ TEST(Bounce, NearACreaseIsHalfOfWhatTheOtherFaceScatters) {
     const double form_factor = (1 - height / std::hypot(height, 260.0)) / 2;
     EXPECT_NEAR(bounce.dose(on_wall(geometry, height)) / (0.7 * floor_dose * form_factor), 1.0,
                 0.03);  // the light on the floor is even to that
+}
+
+TEST(Bounce, AFlatSurfaceThrowsNothingOnItself) {
+    // Turned by angles whose normals single precision rounds: a piece of the plane itself must not
+    // count as one just above it.
+    Scene scene = floor_and_wall();
+    for (double degrees = 50; degrees < 70; degrees += 1) {
+        const double angle = degrees / 180 * kPi;
+        scene.objects = {plate("slope", {200, 160}, {std::cos(angle), 0, std::sin(angle)},
+                               Eigen::Vector3d::UnitY(), {0, 0, -450})};
+        const SceneGeometry geometry(scene);
+        const Beam beam(scene);
+        const BounceLight bounce(scene, beam, geometry);
+        for (double x = -20; x < 20; x += 0.7) {
+            const SurfaceHit hit = geometry.first_hit({x, 1, -300}, -Eigen::Vector3d::UnitZ());
+            ASSERT_GE(hit.object, 0);
+            ASSERT_EQ(bounce.dose(hit), 0) << degrees << " deg, x " << x;
+        }
+    }
 }
 
 TEST(Bounce, OfAPixelAddsUpToItsDoseAndIsBroad) {

@@ -6,7 +6,8 @@ namespace stria::test {
 namespace {
 
 TEST(Ghosts, AGroovesInterReflectionNeverPassesForASurface) {
-    const GhostScan scan = scan_ghosts(groove_scene(80, 0.9, 160, 24), 1);
+    const GhostScan scan =
+        scan_ghosts(groove_scene({.degrees = 80}, {.width = 160, .height = 24}), 1);
     EXPECT_GT(scan.count.points, 3500u);
     EXPECT_EQ(scan.count.wrong, 0u);
     EXPECT_GT(scan.count.several, 300u) << "the bounce was not seen at all";
@@ -14,7 +15,7 @@ TEST(Ghosts, AGroovesInterReflectionNeverPassesForASurface) {
 }
 
 TEST(Ghosts, AMirrorsSecondStripeIsToldFromTheFirstOne) {
-    const GhostScan scan = scan_ghosts(mirror_scene(300, 24), 2);
+    const GhostScan scan = scan_ghosts(mirror_scene({}, {.width = 300, .height = 24}), 2);
     EXPECT_EQ(scan.count.wrong, 0u);
     EXPECT_GT(scan.statistics.turned_away, 1000u);
     EXPECT_GE(scan.count.chosen_share(), 0.98);  // of 279 lit columns 3 are the mirror's foot

@@ -2,11 +2,15 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <optional>
 
 #include "firmware/stripe/spacetime.h"
 #include "host/core/laser_sheet.h"
+#include "sim/bounce_light.h"
+#include "sim/mirror_light.h"
 #include "sim/scene_geometry.h"
 #include "sim/simulated_scanner.h"
+#include "tests/sim/plate_scene.h"
 #include "tests/sim/sim_sweep.h"
 
 namespace stria::test {
@@ -16,32 +20,35 @@ constexpr double kDegree = M_PI / 180;
 constexpr std::uint16_t kWarnings =
     kPulseOverlapping | kPulseGhostSuspected | kPulseWidthOutOfRange | kPulseTouchesSequenceEnd;
 
-/// The built-in scanner with a beam of 0.6 mm and a picture 120 mm wide at 400 pixels.
-Scene scanner(int width, int height) {
+/// The same scanner with its laser on the other side of the camera.
+void swap_sides(Channel& channel) {
+    const Eigen::Vector3d across(-1, 1, 1);
+    for (Eigen::Vector3d* v :
+         {&channel.sheet.normal, &channel.sheet.apex, &channel.sheet.central_ray,
+          &channel.axis.mirror.point, &channel.axis.mirror.normal0})
+        *v = v->cwiseProduct(across);
+    channel.axis.mirror.direction *= -1;  // a turn seen in a mirror
+    channel.sheet.offset_mm = channel.sheet.normal.dot(channel.sheet.apex);
+    channel.sheet = normalised(channel.sheet);
+}
+
+/// The built-in scanner with a picture 120 mm wide at 400 pixels.
+Scene scanner(const GhostScanner& shape) {
+    const int width = shape.width, height = shape.height;
     Scene scene = built_in_scene();
+    if (shape.laser_on_left) swap_sides(scene.channel);
     CameraModel& camera = scene.channel.camera;
     camera.width = width;
     camera.height = height;
     camera.fx = camera.fy = 1450;
     camera.cx = (width - 1) / 2.0 + 0.3;
     camera.cy = (height - 1) / 2.0 - 0.2;
-    scene.channel.sheet.waist_sigma_mm = 0.6;
+    scene.channel.sheet.waist_sigma_mm = shape.beam_sigma_mm;
     scene.sensor.full_well_e = 10500;
     scene.sensor.gain_e_per_dn = 40;
     scene.ambient_level = 0.02;
     scene.laser_power_mw = 25;
     return scene;
-}
-
-SceneObject plate(const std::string& name, const Eigen::Vector2d& low, const Eigen::Vector2d& size,
-                  const Eigen::Matrix3d& turn, const Eigen::Vector3d& at) {
-    SceneObject object;
-    object.name = name;
-    object.shape = SceneShape::plane;
-    object.corner_mm = low;
-    object.size_mm = size;
-    object.world_from_object = {turn, at};
-    return object;
 }
 
 Eigen::Matrix3d about_y(double angle) {
@@ -69,40 +76,120 @@ double distance_in_pixel(const SceneGeometry& geometry, const Channel& channel, 
     return least;
 }
 
+/// What a pixel sees of light that came by way of another surface.
+class ReflectedLight {
+  public:
+    ReflectedLight(const Scene& scene, const SceneGeometry& geometry)
+        : scene_(scene),
+          geometry_(geometry),
+          beam_(scene),
+          eye_(scan_from_camera(scene.channel, 0).translation) {
+        if (scene.reflection.bounce) bounce_.emplace(scene, beam_, geometry);
+        if (scene.reflection.mirrors) mirrors_.emplace(scene, beam_, geometry);
+    }
+
+    /// Whether its maximum lies within kClose standard deviations of the direct pulse and is as
+    /// high as the least pulse that the analyser claims, min_snr times the noise of the dark.
+    bool is_close(const Eigen::Vector2d& pixel) const {
+        const Rigid3 pose = scan_from_camera(scene_.channel, 0);
+        const SurfaceHit hit =
+            geometry_.first_hit(eye_, pose.rotation * ray_through(scene_.channel.camera, pixel));
+        if (hit.object < 0) return false;
+        const auto direct = beam_.passing(hit, 0);
+        if (!direct) return false;
+        std::vector<StripeLight> lights;
+        if (bounce_) bounce_->add(hit, eye_, 0, lights);
+        if (mirrors_) mirrors_->add(hit, eye_, 1, 0, lights);
+        double highest = 0, place = 0;
+        constexpr double kStep = 0.1, kFarthest = 8;  // standard deviations
+        for (double off = -kFarthest; off <= kFarthest; off += kStep) {
+            double rate = 0;
+            for (const StripeLight& light : lights) {
+                const double z = (direct->position + off / direct->per_s - light.s0) * light.per_s;
+                if (std::abs(z) < 6)
+                    rate += static_cast<double>(light.rate) * std::exp(-0.5 * z * z);
+            }
+            if (rate > highest) {
+                highest = rate;
+                place = off;
+            }
+        }
+        return std::abs(place) < kClose && highest > least_rate();
+    }
+
+    /// Whether the sheet reaches the surface all over a pixel: the centres of 5 x 5 parts.
+    bool is_lit_all_over(const Eigen::Vector2d& pixel) const {
+        const Rigid3 pose = scan_from_camera(scene_.channel, 0);
+        for (int j = -2; j <= 2; ++j)
+            for (int i = -2; i <= 2; ++i) {
+                const Eigen::Vector2d part = pixel + Eigen::Vector2d(i, j) / 5;
+                const SurfaceHit hit = geometry_.first_hit(
+                    eye_, pose.rotation * ray_through(scene_.channel.camera, part));
+                if (hit.object < 0) return false;
+                const auto direct = beam_.passing(hit, 0);
+                if (!direct || direct->rate <= 0 ||
+                    geometry_.is_occluded(hit, direct->light_in_world))
+                    return false;
+            }
+        return true;
+    }
+
+  private:
+    static constexpr double kClose = 1.5;
+
+    double least_rate() const {
+        const SceneSensor& sensor = scene_.sensor;
+        const double noise_dn = std::hypot(sensor.read_noise_e / sensor.gain_e_per_dn, 0.3);
+        const SpacetimeOptions options;
+        const double least_dn = std::max(options.min_snr * noise_dn, options.min_amplitude_dn);
+        return least_dn * sensor.gain_e_per_dn / (sensor.exposure_us * 1e-6);
+    }
+
+    const Scene& scene_;
+    const SceneGeometry& geometry_;
+    Beam beam_;
+    Eigen::Vector3d eye_;
+    std::optional<BounceLight> bounce_;
+    std::optional<MirrorLight> mirrors_;
+};
+
 }  // namespace
 
-Scene groove_scene(double degrees, double albedo, int width, int height) {
-    Scene scene = scanner(width, height);
+Scene groove_scene(const Groove& groove, const GhostScanner& shape) {
+    Scene scene = scanner(shape);
     // Half way between the directions of camera and laser; faces 150 mm from crease to rim.
-    const double middle = 10 * kDegree, half = degrees / 2 * kDegree;
+    const double side = shape.laser_on_left ? -1 : 1;
+    const double middle = side * (10 + groove.turned_degrees) * kDegree;
+    const double half = groove.degrees / 2 * kDegree;
     const Eigen::Vector3d crease(0.4, 0, -450);
-    SceneObject left =
-        plate("left", {0, -80}, {150, 160}, about_y(-(M_PI / 2 - middle) - half), crease);
-    SceneObject right =
-        plate("right", {0, -80}, {150, 160}, about_y(-(M_PI / 2 - middle) + half), crease);
-    left.albedo = right.albedo = albedo;
-    scene.objects = {left, right};
+    scene.objects = {
+        rectangle("left", {0, -80}, {150, 160}, {about_y(-(M_PI / 2 - middle) - half), crease}),
+        rectangle("right", {0, -80}, {150, 160}, {about_y(-(M_PI / 2 - middle) + half), crease})};
+    for (SceneObject& face : scene.objects) face.albedo = groove.albedo;
     scene.reflection.bounce = true;
     return scene;
 }
 
-Scene mirror_scene(int width, int height) {
-    Scene scene = scanner(width, height);
-    SceneObject floor =
-        plate("floor", {-90, -80}, {180, 160}, Eigen::Matrix3d::Identity(), {0, 0, -450});
-    floor.albedo = 0.8;
+Scene mirror_scene(const UprightMirror& mirror, const GhostScanner& shape) {
+    Scene scene = scanner(shape);
+    const double side = shape.laser_on_left ? -1 : 1;
+    SceneObject floor = rectangle("floor", {-90, -80}, {180, 160},
+                                  {Eigen::Matrix3d::Identity(), Eigen::Vector3d(0, 0, -450)});
+    floor.albedo = mirror.floor_albedo;
     Eigen::Matrix3d upright;
     upright << 0, 0, 1, 1, 0, 0, 0, 1, 0;  // its x along world y, its y along world z
-    SceneObject mirror = plate("mirror", {-60, 0}, {120, 50}, upright, {-40, 0, -449.5});
-    mirror.mirror = true;
-    mirror.albedo = 0.9;
-    scene.objects = {floor, mirror};
+    const Eigen::Matrix3d turn = about_y(-side * mirror.lean_degrees * kDegree) * upright;
+    SceneObject glass =
+        rectangle("mirror", {-60, 0}, {120, 50}, {turn, Eigen::Vector3d(-side * 40, 0, -449.5)});
+    glass.mirror = true;
+    glass.albedo = mirror.reflectance;
+    scene.objects = {floor, glass};
     scene.reflection.mirrors = true;
     return scene;
 }
 
 Scene plain_scene(int width, int height) {
-    Scene scene = scanner(width, height);
+    Scene scene = scanner({.width = width, .height = height});
     scene.objects[0].radius_mm = 25;
     scene.objects[0].world_from_object.translation = {-15, 5, -420};
     scene.objects[2].world_from_object.translation = {35, -10, -430};
@@ -132,12 +219,18 @@ GhostScan scan_ghosts(const Scene& scene, unsigned seed, const RangeOptions& opt
     const RangeImage truth = scanner.true_range();
     const SceneGeometry geometry(scene);
     const Rigid3 world_from_camera = scan_from_camera(channel, 0);
+    const ReflectedLight reflected(scene, geometry);
     GhostCount& count = scan.count;
     scan.fates.assign(truth.cell_count(), GhostFate::dark);
     scan.errors_mm.assign(truth.cell_count(), std::nan(""));
     for (std::size_t i = 0; i < truth.cell_count(); ++i) {
         const bool lit = truth.mask[i] != 0;
+        const auto columns = static_cast<std::size_t>(channel.camera.width);
+        const Eigen::Vector2d pixel(static_cast<double>(i % columns),
+                                    static_cast<double>(i / columns));
+        const bool close = lit && reflected.is_close(pixel);
         count.lit += lit;
+        count.close += close;
         if (scan.pulses.cell_begin[i + 1] - scan.pulses.cell_begin[i] > 1) ++count.several;
         scan.fates[i] = lit ? GhostFate::missing : GhostFate::dark;
         if (!scan.range.image.mask[i]) continue;
@@ -155,8 +248,12 @@ GhostScan scan_ghosts(const Scene& scene, unsigned seed, const RangeOptions& opt
             continue;
         }
         ++count.points;
-        count.wrong += wrong;
+        if (wrong && reflected.is_lit_all_over(pixel))
+            ++count.wrong;
+        else
+            count.wrong_at_edges += wrong;
         count.right += lit && !wrong;
+        count.close_right += close && !wrong;
         scan.fates[i] = wrong ? GhostFate::wrong : GhostFate::right;
     }
     return scan;

@@ -11,11 +11,30 @@
 /// range image, each point held against the surface that its pixel looks at.
 namespace stria::test {
 
+/// The scanner of a ghost scene.
+struct GhostScanner {
+    int width = 800, height = 200;  ///< px
+    double beam_sigma_mm = 0.6;
+    bool laser_on_left = false;  ///< of the camera, as the camera sees it
+};
+
 /// A scanner before a V-groove whose crease runs along the stripe.
-/// @param degrees  between the faces
-Scene groove_scene(double degrees, double albedo, int width, int height);
+struct Groove {
+    double degrees = 80;  ///< between the faces
+    double albedo = 0.9;
+    /// From the direction half way between camera and laser to the groove's middle, degrees,
+    /// positive: more of the far face is lit.
+    double turned_degrees = 0;
+};
+Scene groove_scene(const Groove& groove, const GhostScanner& scanner = {});
+
 /// A plate with an upright mirror beside it that throws a second stripe on the plate.
-Scene mirror_scene(int width, int height);
+struct UprightMirror {
+    double reflectance = 0.9;
+    double floor_albedo = 0.8;
+    double lean_degrees = 0;  ///< away from the plate it stands on
+};
+Scene mirror_scene(const UprightMirror& mirror, const GhostScanner& scanner = {});
 /// The built-in scene's sphere, plate and step on the same scanner: nothing reflected.
 Scene plain_scene(int width, int height);
 
@@ -27,14 +46,23 @@ struct GhostCount {
     std::size_t flagged = 0;        ///< of all: points with a warning
     std::size_t flagged_right = 0;  ///< of the lit pixels: not wrong, though with a warning
     std::size_t wrong = 0;          ///< of all: points without warnings that are wrong
-    std::size_t points = 0;         ///< of all: points without warnings
-    std::size_t several = 0;        ///< cells with more than one pulse before the choice
+    /// The same in pixels of which the sheet itself does not light all: its pulse is that of the
+    /// lit part, an error of edges and not of ghosts.
+    std::size_t wrong_at_edges = 0;
+    std::size_t points = 0;   ///< of all: points without warnings
+    std::size_t several = 0;  ///< cells with more than one pulse before the choice
+    /// Of the lit pixels: reflected light has its maximum within 1.5 standard deviations of the
+    /// direct pulse (of that pulse in time) and is seen: they may be flagged.
+    std::size_t close = 0;
+    std::size_t close_right = 0;  ///< of them: a point without warnings, not wrong
     /// Of the lit pixels: the right pulse chosen, with a warning or without.
     double chosen_share() const {
         return static_cast<double>(right + flagged_right) / static_cast<double>(lit);
     }
-    /// Of the lit pixels: the right pulse chosen and no warning.
-    double right_share() const { return static_cast<double>(right) / static_cast<double>(lit); }
+    /// Of the lit pixels that are not close: the right pulse chosen and no warning.
+    double right_share() const {
+        return static_cast<double>(right - close_right) / static_cast<double>(lit - close);
+    }
 };
 
 enum class GhostFate : std::uint8_t { dark, missing, right, flagged, wrong };

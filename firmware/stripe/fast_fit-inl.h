@@ -26,6 +26,7 @@ constexpr int kFullSteps = 6;      // then half ones: what hops to and fro settl
 // A step's remainder, in sigmas, is about twice its length times the relative change since the
 // matrix was made, or the relative noise: its square, over 4, that is small enough.
 constexpr float kSettled = 4e-4f;
+constexpr float kDoubtfulSettled = 4e-5f;  // where the noise may be more than is stated
 
 /// The fits of as many of a group's lanes as a register holds. Not inlined where that would copy
 /// the loops: two of them take turns.
@@ -100,7 +101,9 @@ class LaneFit {
         if (kShot || !renew) found_.note_residual(open_, s.greatest);
         const VF rest =
             hn::Mul(decrease, hn::Add(hn::Mul(constant(8.0f), place), hn::Mul(changed_, changed_)));
-        MF good = hn::And(hn::Ge(decrease, none), hn::Le(rest, constant(kSettled)));
+        const VF settled =
+            hn::IfThenElse(found_.is_doubtful(), constant(kDoubtfulSettled), constant(kSettled));
+        MF good = hn::And(hn::Ge(decrease, none), hn::Le(rest, settled));
         if (kShot) good = hn::And(good, hn::Lt(changed_, constant(0.01f)));
         if (!kShot && i == 0) good = hn::And(good, found_.is_inconspicuous());
         model_ = found_.model;

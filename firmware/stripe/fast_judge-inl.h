@@ -24,7 +24,7 @@ constexpr float kNarrowest = 0.55f;  // frame periods; the kernel's aperture is 
 constexpr float kLongEnough = 16;    // samples of a window whose misfit can be called noise
 // Heights in two standard deviations of the background: weaker pulses can be fitted in several
 // ways.
-constexpr float kStrong = 4.0f, kVeryStrong = 10.0f;
+constexpr float kStrong = 4.0f, kWeak = 7.0f, kVeryStrong = 10.0f;
 // Widths (periods) below which a misfit may be one of two ways between few samples, and that a
 // window must be long so that height, width and background are known apart.
 constexpr float kNarrow = 0.8f, kWindowWidths = 5.0f;
@@ -120,6 +120,12 @@ class Found {
     /// Chi-square that one in thirty exceeds, and less: nobody asks for the residuals.
     HWY_INLINE MF is_inconspicuous() const {
         return hn::Lt(chi_square_, hn::Add(constant(1.0f), hn::Add(spread_, spread_)));
+    }
+
+    /// A weak pulse with a greater chi-square than five of six have: its fit settles slowly.
+    HWY_INLINE MF is_doubtful() const {
+        return hn::And(hn::Ge(chi_square_, hn::Add(constant(1.0f), spread_)),
+                       hn::Lt(model.height, hn::Mul(constant(kWeak), lanes_.least)));
     }
 
     /// Writes the lanes' results and what they are taken for. `open`: those that did not converge.

@@ -9,7 +9,8 @@ namespace stria {
 namespace {
 
 constexpr int kMaxIterations = 50;
-// Then half ones: new weights after each step can make it hop to and fro about the solution.
+// Then half ones for a single pulse: new weights after each step can make it hop to and fro about
+// the solution. Two pulses go a long way by small steps.
 constexpr int kFullSteps = 15;
 constexpr double kNarrowAperture = 0.2;  // h / w below which the second order is exact to 4e-5
 // Predicted decrease of the deviance by a step, in squared sigmas, after which no more are needed
@@ -82,7 +83,8 @@ class Fitter {
             set_weights();
             accumulate(p);
             hold_widths_at_limit(p);
-            fit.converged = !improve(p, damping, fit.iterations > kFullSteps ? 0.5 : 1.0);
+            fit.converged =
+                !improve(p, damping, kPeaks == 1 && fit.iterations > kFullSteps ? 0.5 : 1.0);
         }
         fit.converged = fit.converged || last_decrease_ < kLooseDecrease ||
                         last_move_ < kLooseMove * std::exp(p[kLogWidth]);

@@ -87,6 +87,7 @@ std::optional<FitStart> search_start(const FitSamples& samples, const SensorNois
     if (best) {
         best->min_width = limits.min_width;
         best->max_width = limits.max_width;
+        best->search = limits.search;
     }
     return best;
 }

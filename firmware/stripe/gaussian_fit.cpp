@@ -9,8 +9,8 @@ namespace stria {
 namespace {
 
 constexpr int kMaxIterations = 50;
-// Then half ones for a single pulse: new weights after each step can make it hop to and fro about
-// the solution. Two pulses go a long way by small steps.
+// Then half ones for a single pulse over time, which new weights after each step can make hop to
+// and fro about its solution. One that stands for two goes a long way by small steps.
 constexpr int kFullSteps = 15;
 constexpr double kNarrowAperture = 0.2;  // h / w below which the second order is exact to 4e-5
 // Predicted decrease of the deviance by a step, in squared sigmas, after which no more are needed
@@ -62,7 +62,10 @@ class Fitter {
 
     Fitter(const FitSamples& samples, const SensorNoise& noise, double full_scale,
            const FitStart& limits)
-        : samples_(samples), noise_(noise), saturation_level_(full_scale - 0.5) {
+        : samples_(samples),
+          noise_(noise),
+          search_(limits.search),
+          saturation_level_(full_scale - 0.5) {
         const double margin = 0.5 * (samples.x[1] - samples.x[0]);
         min_position_ = samples.x[0] - margin;
         max_position_ = samples.x[static_cast<std::size_t>(samples.count - 1)] + margin;
@@ -83,8 +86,8 @@ class Fitter {
             set_weights();
             accumulate(p);
             hold_widths_at_limit(p);
-            fit.converged =
-                !improve(p, damping, kPeaks == 1 && fit.iterations > kFullSteps ? 0.5 : 1.0);
+            fit.converged = !improve(
+                p, damping, kPeaks == 1 && search_ && fit.iterations > kFullSteps ? 0.5 : 1.0);
         }
         fit.converged = fit.converged || last_decrease_ < kLooseDecrease ||
                         last_move_ < kLooseMove * std::exp(p[kLogWidth]);
@@ -334,6 +337,7 @@ class Fitter {
 
     const FitSamples& samples_;
     const SensorNoise& noise_;
+    bool search_;
     double saturation_level_;
     double min_position_, max_position_, min_log_width_, max_log_width_;
     double usual_amplitude_, max_amplitude_;

@@ -8,7 +8,7 @@
 namespace stria {
 namespace {
 
-constexpr int kMaxIterations = 50;
+constexpr int kMaxIterations = 80;
 // Then half ones for a single pulse over time, which new weights after each step can make hop to
 // and fro about its solution. One that stands for two goes a long way by small steps.
 constexpr int kFullSteps = 15;

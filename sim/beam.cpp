@@ -20,6 +20,15 @@ double electrons_per_irradiance(const SceneSensor& sensor, double wavelength_nm)
     return watt * sensor.quantum_efficiency * wavelength_nm * 1e-9 / kPlanckTimesLight;
 }
 
+/// The sheet turned about its apex and across its fan, towards its normal's other side.
+LaserSheet turned(LaserSheet sheet, double angle_rad) {
+    const Eigen::Vector3d normal = sheet.normal, central = sheet.central_ray;
+    sheet.normal = std::cos(angle_rad) * normal + std::sin(angle_rad) * central;
+    sheet.central_ray = std::cos(angle_rad) * central - std::sin(angle_rad) * normal;
+    sheet.offset_mm = sheet.normal.dot(sheet.apex);
+    return sheet;
+}
+
 /// 1 within the fan, falling to 0 over the outer 2 % of its half angle.
 double fan_share(const LaserSheet& sheet, double phi) {
     const double half = sheet.fan_rad / 2, soft = 0.02 * half;
@@ -75,8 +84,23 @@ HeadPose head_pose(const Channel& channel, double s) {
     return {world_from_camera, world_from_camera.inverse()};
 }
 
-Beam::Beam(const Scene& scene)
-    : channel_(scene.channel), profile_(scene.line, scene.channel.sheet.fan_rad) {
+double fresnel_transmission(double cos_incidence, double refractive_index) {
+    const double ci = std::clamp(cos_incidence, 0.0, 1.0), n = refractive_index;
+    const double ct = std::sqrt(1 - (1 - ci * ci) / (n * n));
+    const double across = (ci - n * ct) / (ci + n * ct), along = (n * ci - ct) / (n * ci + ct);
+    return 1 - (across * across + along * along) / 2;
+}
+
+Beam::Beam(const Scene& scene, int order)
+    : channel_(scene.channel),
+      profile_(scene.line, scene.channel.sheet.fan_rad),
+      parts_(scene),
+      m2_(scene.line.m2) {
+    if (order != 0) channel_.sheet = turned(channel_.sheet, order * scene.line.ghost_rad);
+    if (parts_.has_inside())
+        for (const SceneObject& object : scene.objects)
+            materials_.push_back({object.mirror ? 0 : object.subsurface, object.free_path_mm,
+                                  object.refractive_index});
     const MirrorAxis& mirror = channel_.axis.mirror;
     mirror_along_ = mirror.direction.dot(mirror.normal0) * mirror.direction;
     mirror_cosine_ = mirror.normal0 - mirror_along_;
@@ -85,7 +109,8 @@ Beam::Beam(const Scene& scene)
     half_travel_ = (scene.axis.max - scene.axis.min) / 2;
     electrons_per_irradiance_ =
         electrons_per_irradiance(scene.sensor, channel_.sheet.wavelength_nm);
-    laser_power_mw_ = scene.laser_power_mw;
+    laser_power_mw_ =
+        scene.laser_power_mw * (order == 0 ? 1 - 2 * scene.line.ghost : scene.line.ghost);
     ambient_rate_ =
         scene.ambient_level * full_scale_e(scene.sensor) / (scene.sensor.exposure_us * 1e-6);
 }
@@ -109,6 +134,42 @@ double Beam::rate(const SurfaceHit& hit, const Rigid3& world_from_camera,
         laser_power_mw_ * share * cos_incidence /
         (sheet.fan_rad * range_mm * std::sqrt(2 * std::numbers::pi) * sigma_mm);
     return electrons_per_irradiance_ * irradiance * reflected_share(hit, to_light, to_eye);
+}
+
+double Beam::width_at(const Eigen::Vector3d& point) const {
+    if (m2_ == 1) return sigma_at(channel_.sheet, point);
+    LaserSheet sheet = channel_.sheet;
+    sheet.wavelength_nm *= m2_;  // z_R = 4 pi sigma0^2 / (M^2 lambda)
+    return sigma_at(sheet, point);
+}
+
+LightShape Beam::shape_of(const SurfaceHit& hit, const BeamAtPoint& beam,
+                          const Eigen::Vector3d& eye_in_world, const Eigen::Vector3d& across,
+                          double sigma_mm, bool grows) const {
+    LightShape shape;
+    shape.way = grows ? 1.0F : -1.0F;
+    if (materials_.empty() || hit.albedo <= 0) return shape;
+    const Material& material = materials_[static_cast<std::size_t>(hit.object)];
+    if (material.subsurface == 0) return shape;
+    const Eigen::Vector3d normal = hit.normal.cast<double>();
+    const Eigen::Vector3d ray = (hit.point - beam.light_in_world).normalized();
+    const double cos_incidence = -normal.dot(ray);
+    // Along the surface: the incoming ray's part over n, by Snell's law the refracted one's.
+    const Eigen::Vector3d displacement =
+        material.free_path_mm / material.refractive_index * (ray + cos_incidence * normal);
+    const Eigen::Vector3d in_surface = across - normal.dot(across) * normal;
+    double share =
+        material.subsurface * fresnel_transmission(cos_incidence, material.refractive_index);
+    if (hit.specular > 0) {  // what is mirrored does not enter
+        const Eigen::Vector3d to_eye = (eye_in_world - hit.point).normalized();
+        SurfaceHit matt = hit;
+        matt.specular = 0;
+        share *= reflected_share(matt, -ray, to_eye) / reflected_share(hit, -ray, to_eye);
+    }
+    shape.inside = static_cast<float>(share);
+    shape.shift = static_cast<float>(in_surface.dot(displacement) / sigma_mm);
+    shape.spread = static_cast<float>(material.free_path_mm * in_surface.norm() / sigma_mm);
+    return shape;
 }
 
 std::optional<BeamAtPoint> Beam::passing(const SurfaceHit& hit, double guess) const {
@@ -147,7 +208,7 @@ std::optional<BeamAtPoint> Beam::passing(const SurfaceHit& hit, double guess,
 
     const double height_of_apex = m.dot(sheet.apex - mirror.point) - mirror.offset_mm;
     const Eigen::Vector3d apex = sheet.apex - 2 * height_of_apex * m;  // seen in the mirror
-    const double sigma_mm = sigma_at(sheet, image);
+    const double sigma_mm = width_at(image);
     BeamAtPoint beam;
     beam.position = s;
     beam.per_position = beam.per_s = std::abs(slope) / sigma_mm;
@@ -159,6 +220,11 @@ std::optional<BeamAtPoint> Beam::passing(const SurfaceHit& hit, double guess,
         beam.rate = 0;  // the point is behind the mirror
     else
         beam.light_in_world = world_from_camera * Eigen::Vector3d(p + at_mirror * (apex - p));
+    if (parts_.is_shaped() && beam.rate > 0) {
+        const Eigen::Vector3d across = sheet.normal - 2 * m.dot(sheet.normal) * m;
+        beam.shape = shape_of(hit, beam, eye_in_world, world_from_camera.rotation * across,
+                              sigma_mm, slope > 0);
+    }
     return beam;
 }
 
@@ -166,7 +232,7 @@ BeamAtPoint Beam::beside(const SurfaceHit& hit, const HeadPose& head, double tra
                          double pixels) const {
     const LaserSheet& sheet = channel_.sheet;
     const Eigen::Vector3d p = head.camera_from_world * hit.point;
-    const double sigma_mm = sigma_at(sheet, p);
+    const double sigma_mm = width_at(p);
     BeamAtPoint beam;
     beam.position = signed_distance(sheet, p);
     beam.per_position = 1 / sigma_mm;
@@ -194,6 +260,10 @@ BeamAtPoint Beam::beside(const SurfaceHit& hit, const HeadPose& head, double tra
     beam.rate = rate(hit, head.world_from_camera, head.world_from_camera.translation, p, sheet.apex,
                      sigma_mm);
     beam.light_in_world = head.world_from_camera * sheet.apex;
+    if (parts_.is_shaped() && beam.rate > 0)
+        beam.shape =
+            shape_of(hit, beam, head.world_from_camera.translation,
+                     head.world_from_camera.rotation * sheet.normal, sigma_mm, beam.per_s > 0);
     return beam;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
+#include "sim/light_shape.h"
 #include "sim/line_profile.h"
 #include "sim/scene.h"
 #include "sim/scene_geometry.h"
@@ -20,6 +22,7 @@ struct BeamAtPoint {
     bool is_near = true;  ///< per_s and rate are known
     double rate = 0;      ///< electrons a second from the beam's centre at power 1; 0: unlit
     Eigen::Vector3d light_in_world = Eigen::Vector3d::Zero();  ///< where the light comes from
+    LightShape shape;  ///< plain unless LightParts::is_shaped
 };
 
 /// Camera and laser against the scene at one axis position.
@@ -38,9 +41,16 @@ struct BeamRay {
 /// The laser of a scene: where it shines and how strongly a pixel sees it. Peak irradiance of the
 /// sheet P / (fan r sqrt(2 pi) sigma) (a fan of even radiant intensity), reflection by Oren and
 /// Nayar 1994 (their qualitative model), sensor by aperture, pixel, quantum efficiency.
+///
+/// Light in translucent material: of what falls on it the unpolarised Fresnel share T enters, of
+/// that the share `subsurface` comes out about a point displaced by free_path_mm sin(refracted
+/// angle) along the surface (L. Wang and S. Jacques, Applied Optics 34, 2362, 1995), as a Lambert
+/// surface sends it. The surface counts as flat and evenly lit within a few free paths, but for
+/// the sheet itself: light neither passes edges nor softens textures and shadows.
 class Beam {
   public:
-    explicit Beam(const Scene& scene);
+    /// @param order  0: the line; -1, +1: its ghosts (SceneLine::ghost)
+    explicit Beam(const Scene& scene, int order = 0);
 
     /// For a swept machine: where in its travel the sheet passes the point. Newton steps from
     /// `guess`; empty if it passes outside the travel (half a travel to each side granted).
@@ -63,15 +73,31 @@ class Beam {
     double electrons_per_mw_mm2() const { return electrons_per_irradiance_; }
     /// Electrons a second of a pixel that sees albedo 1 in ambient light.
     double ambient_rate() const { return ambient_rate_; }
+    /// The channel, its sheet that of the order.
     const Channel& channel() const { return channel_; }
+    const LightParts& parts() const { return parts_; }
 
   private:
+    /// Standard deviation of the sheet (mm) at a point of the incoming sheet's frame, M^2 included.
+    double width_at(const Eigen::Vector3d& point) const;
+    /// @param across  unit, world: where the distance from the sheet grows
+    LightShape shape_of(const SurfaceHit& hit, const BeamAtPoint& beam,
+                        const Eigen::Vector3d& eye_in_world, const Eigen::Vector3d& across,
+                        double sigma_mm, bool grows) const;
+
     double rate(const SurfaceHit& hit, const Rigid3& world_from_camera,
                 const Eigen::Vector3d& eye_in_world, const Eigen::Vector3d& unfolded_in_camera,
                 const Eigen::Vector3d& apex_in_camera, double sigma_mm) const;
 
+    struct Material {
+        double subsurface = 0, free_path_mm = 0, refractive_index = 1;
+    };
+
     Channel channel_;
     LineProfile profile_;
+    LightParts parts_;
+    double m2_ = 1;
+    std::vector<Material> materials_;  ///< by object; empty: none is translucent
     Eigen::Vector3d mirror_along_, mirror_cosine_, mirror_sine_;  ///< m(g) of the turning normal
     double middle_s_ = 0, half_travel_ = 0;
     double electrons_per_irradiance_ = 0;  ///< a second, for 1 mW/mm^2 on a white Lambert surface
@@ -89,6 +115,9 @@ double reflected_share(const SurfaceHit& hit, const Eigen::Vector3d& to_light,
 /// 2007, eqs. 33, 34, 23). 0 where light or eye are behind the surface. Unit vectors.
 double glossy_lobe(const Eigen::Vector3d& normal, const Eigen::Vector3d& to_light,
                    const Eigen::Vector3d& to_eye, double alpha);
+
+/// Share of unpolarised light that enters a smooth dielectric (Fresnel).
+double fresnel_transmission(double cos_incidence, double refractive_index);
 
 /// Share of the light (times pi) that a surface of slope deviation `roughness_rad` sends towards
 /// `to_eye`; 1 for a Lambert surface. Unit vectors. Oren and Nayar 1994, their qualitative model.

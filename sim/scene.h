@@ -33,7 +33,11 @@ struct SceneSensor {
     double prnu = 0;    ///< relative standard deviation of the pixels' sensitivity, 0..0.1
     double dsnu_e = 0;  ///< standard deviation of the pixels' dark offsets, electrons, 0..1000
     double dark_current_e_per_s =
-        0;                ///< electrons a second and pixel, with their shot noise; 0..1e5
+        0;  ///< electrons a second and pixel, with their shot noise; 0..1e5
+    /// Swept machines: pixels that a border crosses are cut along it (pixel_cells.h); false: 16
+    /// rays count what lies on either side. True takes about three times as long before the first
+    /// frame.
+    bool cut_edges = false;
     double blooming = 0;  ///< share of the charge above full well that reaches the next pixel of
                           ///< the row, 0 (drained at once) .. 1 (none is lost)
     double gamma =
@@ -49,12 +53,22 @@ struct SceneLens {
         0;  ///< share of light lost in the farthest corner, growing as r^2; 0..0.95
 };
 
-/// [laser]: how the power lies along the line; bow is the sheet's own. Even by default.
+/// [laser]: how far the line is from an even Gaussian one; bow is the sheet's own. Ideal by
+/// default.
 struct SceneLine {
     double ripple = 0;         ///< relative amplitude of waves along the line, 0..0.9
     double ripple_rad = 0.05;  ///< their period in fan angle, 0.001..3
     double falloff_rad = 0;    ///< standard deviation of a Gaussian fall towards the ends (cylinder
                                ///< lens) in fan angle, 0.05..3; 0: none (Powell lens)
+    double m2 = 1;  ///< beam quality across the line, 1 (Gaussian) .. 20: z_R = 4 pi sigma0^2 /
+                    ///< (M^2 lambda), the waist kept. The scanner's model (LaserSheet) has 1
+    /// Across the line the profile is (G(x) + lobe G((x - d) / 2)) / (1 + 2 lobe), G the Gaussian
+    /// of the sheet's width, d = lobe_shift of its standard deviations towards laser.normal.
+    double lobe = 0;        ///< relative peak of the second Gaussian, 0..0.2
+    double lobe_shift = 0;  ///< -4..4; not 0: the line is lopsided
+    double ghost = 0;       ///< share of the power in each of two lines beside the line (the first
+                            ///< orders of a diffractive optic), 0..0.2
+    double ghost_rad = 0.02;  ///< between them and the line, seen from the apex, 0.001..0.5
 };
 
 enum class SpeckleModel : std::uint8_t { none, surface, screen };
@@ -121,6 +135,12 @@ struct SceneObject {
     bool mirror = false;       ///< material = "mirror": returns nothing diffuse, mirrors `albedo`
     double specular = 0;       ///< share of the light in a glossy lobe, 0..1 with albedo; 0: none
     double gloss = 0.3;        ///< width of that lobe: GGX alpha, 0.05..1
+    /// Translucent material: this share of the diffuse light that enters it (0..1; 0: none) leaves
+    /// it about a point that lies free_path_mm along the refracted ray, spread by
+    /// exp(-r / free_path_mm).
+    double subsurface = 0;
+    double free_path_mm = 0.5;      ///< transport length, 0.01..10
+    double refractive_index = 1.4;  ///< 1..3
     /// Reflectance image, 0..255 as share of the albedo, laid on the frame's xy plane from the
     /// plane's corner (other shapes: the frame's origin), x along columns, y along rows, repeated.
     std::string texture;  ///< image file, relative to the scene

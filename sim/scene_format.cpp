@@ -86,6 +86,7 @@ void format_camera_and_sensor(const Scene& scene, std::string& text) {
         .number("prnu", sensor.prnu)
         .number("dsnu_e", sensor.dsnu_e)
         .number("dark_current_e_per_s", sensor.dark_current_e_per_s)
+        .line("cut_edges", sensor.cut_edges ? "true" : "false")
         .number("blooming", sensor.blooming)
         .number("gamma", sensor.gamma);
     TableText(text, "[lens]")
@@ -113,7 +114,12 @@ void format_laser_and_axis(const Scene& scene, std::string& text) {
         .number("bow3", sheet.bow3)
         .number("ripple", scene.line.ripple)
         .number("ripple_rad", scene.line.ripple_rad)
-        .number("falloff_rad", scene.line.falloff_rad);
+        .number("falloff_rad", scene.line.falloff_rad)
+        .number("m2", scene.line.m2)
+        .number("lobe", scene.line.lobe)
+        .number("lobe_shift", scene.line.lobe_shift)
+        .number("ghost", scene.line.ghost)
+        .number("ghost_rad", scene.line.ghost_rad);
     TableText(text, "[laser.speckle]")
         .line("model", quoted(name_of(scene.speckle.model)))
         .number("contrast", scene.speckle.contrast)
@@ -167,7 +173,10 @@ void format_object(const SceneObject& object, std::string& text) {
         .number("albedo", object.albedo)
         .number("roughness", object.roughness_rad)
         .number("specular", object.specular)
-        .number("gloss", object.gloss);
+        .number("gloss", object.gloss)
+        .number("subsurface", object.subsurface)
+        .number("free_path_mm", object.free_path_mm)
+        .number("refractive_index", object.refractive_index);
     if (object.mirror) table.line("material", quoted("mirror"));
     if (object.texture_image && object.texture.empty())
         throw std::invalid_argument("format_scene: object '" + object.name +

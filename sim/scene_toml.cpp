@@ -77,6 +77,7 @@ SceneSensor parse_sensor(TomlTable table, const SceneSensor& usual) {
     sensor.prnu = table.number("prnu", usual.prnu);
     sensor.dsnu_e = table.number("dsnu_e", usual.dsnu_e);
     sensor.dark_current_e_per_s = table.number("dark_current_e_per_s", usual.dark_current_e_per_s);
+    sensor.cut_edges = table.boolean("cut_edges", usual.cut_edges);
     sensor.blooming = table.number("blooming", usual.blooming);
     sensor.gamma = table.number("gamma", usual.gamma);
     return sensor;
@@ -132,6 +133,12 @@ void parse_laser(TomlTable table, Scene& scene) {
     line.ripple = table.number("ripple", line.ripple);
     line.ripple_rad = table.number("ripple_rad", line.ripple_rad);
     line.falloff_rad = table.number("falloff_rad", line.falloff_rad);
+    line.m2 = table.number("m2", line.m2);
+    line.lobe = table.number("lobe", line.lobe);
+    line.lobe_shift = table.number("lobe_shift", line.lobe_shift);
+    if (sheet.offset_mm < 0) line.lobe_shift = 0 - line.lobe_shift;  // as normalised() turns it
+    line.ghost = table.number("ghost", line.ghost);
+    line.ghost_rad = table.number("ghost_rad", line.ghost_rad);
     if (auto speckle = table.find_table("speckle"))
         scene.speckle = parse_speckle(std::move(*speckle));
     scene.channel.sheet = normalised(sheet);
@@ -215,6 +222,9 @@ SceneObject parse_object(TomlTable& table, std::size_t number, const std::string
     object.mirror = material == "mirror";
     object.specular = table.number("specular", object.specular);
     object.gloss = table.number("gloss", object.gloss);
+    object.subsurface = table.number("subsurface", object.subsurface);
+    object.free_path_mm = table.number("free_path_mm", object.free_path_mm);
+    object.refractive_index = table.number("refractive_index", object.refractive_index);
     if (table.has("texture")) {
         object.texture = table.text("texture");
         object.texture_size_mm = vector2(table, "texture_size_mm");

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/beam.h"
+#include "sim/pixel_cells.h"
 #include "sim/scene.h"
 #include "sim/scene_geometry.h"
 #include "sim/stripe_light.h"
@@ -12,28 +13,17 @@
 
 namespace stria {
 
-/// What one ray through a pixel says about its light.
-struct RayLight {
-    double position = 0;  ///< BeamAtPoint::position
-    float per_position = 0;
-    float per_s = 0;
-    float rate = 0;     ///< electrons a second at the beam's centre; 0 if dark or in shadow
-    float ambient = 0;  ///< electrons a second
-    float speckle = 1;  ///< factor of rate, not yet in it
-    std::int16_t object = -1;
-    bool judged = false;     ///< the beam is near enough for rate to be known
-    std::uint16_t spot = 0;  ///< SpotSpread's index for its depth
-};
-
 /// Turns a scene into the light of every pixel. One ray a pixel; where neighbours tell of an edge,
-/// a shadow, a crease or a texture's border, 16 rays in strata (each column and each row of the
-/// pixel's sixteenths holds one). Where the surface is smooth the pixel's footprint is cut into
-/// parts no longer than half a beam width, each with its variance added to the beam's. With a lens
-/// that blurs every pixel also gets the spot of the depth at its centre.
+/// a shadow, a crease or a texture's border, the pixel is cut into cells and along the border
+/// (pixel_cells.h) where SceneSensor::cut_edges asks, or seen by 16 rays. Where the surface is
+/// smooth the pixel's footprint is cut into parts no longer than half a beam width, each with its
+/// variance added to the beam's. With a lens that blurs every pixel also gets the spot of the depth
+/// at its centre.
 class ViewLight {
   public:
     /// @param seed  of the speckle that sticks to surfaces
-    ViewLight(const Scene& scene, const SceneGeometry& geometry, std::uint64_t seed);
+    ViewLight(const Scene& scene, const SceneGeometry& geometry, std::uint64_t seed,
+              const PixelSampling& sampling = {});
 
     /// Swept machine: all light of a whole sweep, in bands of rows.
     std::vector<LightBlock> whole_sweep() const;
@@ -45,18 +35,25 @@ class ViewLight {
 
   private:
     struct Moment;
-    struct Rays;
-    Rays rays_in(int x, int y, const HeadPose& head) const;
-    std::vector<LightBlock> collect(const Moment& moment) const;
-    RayLight judge(const SurfaceHit& hit, const Moment& moment, double guess) const;
-    void first_rays(const Moment& moment, int row, RayLight* lights) const;
+    struct Picture;
+    struct PixelRays;
+    PixelRays rays_in(int x, int y, const HeadPose& head) const;
+    std::vector<LightBlock> collect(Moment moment) const;
+    void collect_line(const Moment& moment, std::vector<LightBlock>& blocks) const;
+    RayLight judge(const SurfaceHit& hit, const Moment& moment, double guess,
+                   LightShape& shape) const;
+    void first_rays(const Moment& moment, int row, Picture& picture) const;
     bool is_uneven(const std::vector<RayLight>& image, int x, int y) const;
-    void add_smooth(const std::vector<RayLight>& image, int x, int y, const Moment& moment,
+    void add_smooth(const Picture& picture, int x, int y, const Moment& moment,
                     LightBlock& block) const;
-    void add_uneven(int x, int y, const Moment& moment, double guess, LightBlock& block) const;
+    void add_uneven(const std::vector<RayLight>& image, int x, int y, const Moment& moment,
+                    LightBlock& block) const;
+    void emit(const RayLight& seen, const LightShape& shape, double share, double footprint2,
+              std::uint32_t pixel, const Moment& moment, LightBlock& block) const;
 
     const SceneGeometry& geometry_;
-    Beam beam_;
+    std::vector<Beam> beams_;  ///< the line, then its ghosts
+    PixelSampling sampling_;
     std::optional<SurfaceSpeckle> speckle_;
     bool is_swept_;
     Scene optics_;  ///< without objects and views; lens and camera decide the spots

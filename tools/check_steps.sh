@@ -16,6 +16,7 @@ threaded=(firmware/transport firmware/session host/link host/local host/geometry
 minutes_of_numbers='(Spatial|Temporal)Bound|WithoutSim|SimulatedFramesReachTheBound|^ImagePaths'
 minutes_of_numbers+='|^Robustness\.Drops|PeakMethods\.ReachWhat|^ReflectanceCard|^Corner\.'
 minutes_of_numbers+='|^CornerTable|^Determinism\.Seeds|SaysThatAScanOfAnotherPart'
+minutes_of_numbers+='|^FitPulses\.FindsWhatAScan|PeakMethods\.SayTheirOwnSigma'
 
 sources() { find firmware host calib sim tests -name '*.h' -o -name '*.cpp'; }
 

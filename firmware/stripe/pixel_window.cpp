@@ -99,8 +99,10 @@ float effective_samples(const FrameStore& frames, const PixelWindow& window,
 
 void note_effective_samples(float samples, SampleHistogram& histogram) {
     if (samples <= 0.0f) return;
-    const auto bin = static_cast<std::size_t>((samples - 1.0f) * 20.0f + 0.5f);
-    ++histogram[std::min(bin, histogram.size() - 1)];
+    // No light above the noise gives NaN: the last bin, on every processor.
+    const float bin = (samples - 1.0f) * 20.0f + 0.5f;
+    const std::size_t last = histogram.size() - 1;
+    ++histogram[bin < static_cast<float>(last) ? static_cast<std::size_t>(bin) : last];
 }
 
 void fit_window(const FrameStore& frames, const PixelWindow& window, const SensorNoise& noise,

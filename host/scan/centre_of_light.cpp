@@ -26,8 +26,9 @@ struct Light {
 Light light_of(const Pulse* pulse) {
     if (!pulse || (pulse->flags & kDoubtful) != 0 || !(pulse->amplitude > 0) || !(pulse->width > 0))
         return {};
-    // ln(amplitude x width) of a fitted Gaussian has a standard deviation of sqrt(3)/2 sigma/width
-    // where the background is known, somewhat more where not (Hagen and Dereniak 2008).
+    // The logarithm of a fitted Gaussian's amplitude x width scatters by sqrt(3) / 2 of sigma /
+    // width where the background is known and by somewhat more where it is not (the Fisher matrix
+    // of Hagen, Kupinski and Dereniak, Appl. Opt. 46, 2007): by about sigma / width.
     const float relative = pulse->sigma / pulse->width;
     const double per_ns = 1e-9 * std::abs(pulse->ds_dt);
     return {pulse->s,

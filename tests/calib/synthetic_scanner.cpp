@@ -91,12 +91,13 @@ PulseMap swept_pulses(const Channel& channel, const Rigid3& pose, const Board& b
     constexpr double kSpeed = 0.3;  // rad/s
     std::normal_distribution<double> noise(0, 1);
     std::uniform_real_distribution<double> unit(0, 1);
-    const int width = 160, height = 128;
+    const int step = options.pixel_step;
+    const int width = channel.camera.width / step, height = channel.camera.height / step;
     const Travel range = travel(MachineKind::swept);
     PulseMap map = empty_map(StripeMode::spacetime, width, height);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            const Eigen::Vector2d pixel(8 * x + 4, 8 * y + 4);
+            const Eigen::Vector2d pixel(step * x + step / 2, step * y + step / 2);
             if (on_board(channel, pose, board, pixel)) {
                 const auto f = [&](double s) { return distance(channel, pose, pixel, s); };
                 if (const auto s = root(f, range.from, range.to)) {
@@ -123,12 +124,13 @@ PulseMap peak_pulses(const Channel& channel, const Rigid3& pose, const Board& bo
     std::normal_distribution<double> noise(0, options.stripe_noise_px);
     std::uniform_real_distribution<double> unit(0, 1);
     const Travel range = travel(channel.axis.kind);
-    const int frames = 120, rows = 128;
+    const int frames = options.frames, step = options.pixel_step;
+    const int rows = channel.camera.height / step;
     PulseMap map = empty_map(StripeMode::spatial, frames, rows);
     for (int row = 0; row < rows; ++row)
         for (int k = 0; k < frames; ++k) {
             const double s = range.from + (range.to - range.from) * k / (frames - 1);
-            const double v = 8 * row + 4;
+            const double v = step * row + step / 2;
             const auto f = [&](double u) { return distance(channel, pose, {u, v}, s); };
             const auto u = root(f, 0, channel.camera.width - 1);
             if (u && on_board(channel, board_motion(channel, s) * pose, board, {*u, v})) {
@@ -224,11 +226,32 @@ ScannerModel built_scanner(const ScannerModel& drawn, std::mt19937& rng) {
     return perturbed(drawn, delta);
 }
 
-std::vector<CornerView> synthetic_views(const ScannerModel& truth, const Board& board,
-                                        const SyntheticOptions& options, std::mt19937& rng) {
+CornerView synthetic_view(const ScannerModel& truth, const Board& board,
+                          const Rigid3& camera_from_board, const std::string& name,
+                          const SyntheticOptions& options, std::mt19937& rng) {
     const Channel& channel = truth.channels[0];
     const MachineKind kind = channel.axis.kind;
     const Travel range = travel(kind);
+    CornerView view;
+    view.name = name;
+    for (int k = 0; k < options.pictures; ++k) {
+        const double share = options.pictures == 1 ? 0.0 : double(k) / (options.pictures - 1);
+        const double s = range.from + options.travel_share * (range.to - range.from) * share;
+        const CameraView seen =
+            seen_by(channel.camera, board_motion(channel, s) * camera_from_board, board,
+                    options.corner_noise_px, rng);
+        if (seen.ids.size() > 20)
+            view.corners.push_back({name + "/" + std::to_string(k), s, seen.ids, seen.pixels});
+    }
+    view.pulses = kind == MachineKind::swept
+                      ? swept_pulses(channel, camera_from_board, board, options, rng)
+                      : peak_pulses(channel, camera_from_board, board, options, rng);
+    return view;
+}
+
+std::vector<CornerView> synthetic_views(const ScannerModel& truth, const Board& board,
+                                        const SyntheticOptions& options, std::mt19937& rng) {
+    const MachineKind kind = truth.channels[0].axis.kind;
     std::uniform_real_distribution<double> unit(-1, 1);
     std::vector<CornerView> views;
     for (int v = 0; v < options.views; ++v) {
@@ -236,21 +259,8 @@ std::vector<CornerView> synthetic_views(const ScannerModel& truth, const Board& 
         const double aside = kind == MachineKind::turntable ? 20 : 50;
         const Eigen::Vector3d centre(aside * unit(rng), 40 * unit(rng), depth);
         const Rigid3 pose = random_board_pose(rng, board, centre, options.max_tilt_rad, 3.14159);
-        CornerView view;
-        view.name = "view " + std::to_string(v);
-        for (int k = 0; k < options.pictures; ++k) {
-            const double s = options.pictures == 1 ? range.from
-                                                   : range.from + (range.to - range.from) * k /
-                                                                      (options.pictures - 1);
-            const CameraView seen = seen_by(channel.camera, board_motion(channel, s) * pose, board,
-                                            options.corner_noise_px, rng);
-            if (seen.ids.size() > 20)
-                view.corners.push_back(
-                    {view.name + "/" + std::to_string(k), s, seen.ids, seen.pixels});
-        }
-        view.pulses = kind == MachineKind::swept ? swept_pulses(channel, pose, board, options, rng)
-                                                 : peak_pulses(channel, pose, board, options, rng);
-        views.push_back(std::move(view));
+        views.push_back(
+            synthetic_view(truth, board, pose, "view " + std::to_string(v), options, rng));
     }
     return views;
 }

@@ -22,7 +22,15 @@ struct SyntheticOptions {
     double stripe_noise_px = 0.1;  ///< across the stripe
     double max_tilt_rad = 0.6;
     double outlier_share = 0.0;  ///< pulses moved anywhere
+    double travel_share = 1.0;   ///< of the pictures, about the travel's start
+    int pixel_step = 8;          ///< pulses on every n-th pixel or row
+    int frames = 120;            ///< of a rail's or table's sweep
 };
+
+/// One view of the board, which stands at `camera_from_board` when s = 0.
+CornerView synthetic_view(const ScannerModel& truth, const Board& board,
+                          const Rigid3& camera_from_board, const std::string& name,
+                          const SyntheticOptions& options, std::mt19937& rng);
 
 /// Views of the board by that scanner.
 std::vector<CornerView> synthetic_views(const ScannerModel& truth, const Board& board,

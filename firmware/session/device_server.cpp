@@ -18,6 +18,7 @@ namespace {
 
 constexpr Milliseconds kHealthPeriod{50};
 constexpr Milliseconds kStopSlice{20};
+constexpr Milliseconds kHandover{500};  // until the controller's leaving is noticed
 
 Response refusal(std::string why) {
     Response response;
@@ -77,8 +78,8 @@ class DeviceServer::State : public ConnectionOwner {
     }
 
     Response answer(Connection& client, const Request& request) override {
-        const std::lock_guard lock(mutex_);
-        if (request.verb == RequestVerb::hello) return hello(client, request);
+        std::unique_lock lock(mutex_);
+        if (request.verb == RequestVerb::hello) return hello(client, request, lock);
         if (!client.said_hello) return refusal("expected a hello first");
         Response response;
         response.role = client.role;
@@ -114,6 +115,7 @@ class DeviceServer::State : public ConnectionOwner {
         const std::lock_guard lock(mutex_);
         if (controller_ != &client) return;
         controller_ = nullptr;
+        changed_.notify_all();
         settings_.acquire.path_tables.clear();  // they were of its calibration
         if (run_ == nullptr) return;
         stop_reason_ = client.client + " was lost: " + why;
@@ -142,9 +144,15 @@ class DeviceServer::State : public ConnectionOwner {
                 device_.model_text};
     }
 
-    Response hello(Connection& client, const Request& request) {
+    /// Who asks for control while another has it is kept waiting for a moment: that other one may
+    /// have closed already, and only its reading thread does not know yet.
+    Response hello(Connection& client, const Request& request, std::unique_lock<std::mutex>& lock) {
         client.said_hello = true;
         if (!request.client.empty()) client.client = request.client;
+        if (request.role == Role::control)
+            changed_.wait_for(lock, kHandover, [&] {
+                return controller_ == nullptr || controller_ == &client || quitting_;
+            });
         Response response;
         if (request.role == Role::control && controller_ == nullptr) {
             controller_ = &client;

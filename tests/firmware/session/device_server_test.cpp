@@ -52,6 +52,19 @@ TEST(DeviceServer, OneControlsOthersWatch) {
         second.ask({.verb = RequestVerb::set_feature, .name = "ExposureTime", .value = 500.0}).ok);
 }
 
+TEST(DeviceServer, ControlPassesToWhoAsksWhileTheOtherIsLeaving) {
+    FakeSession session;
+    auto first = std::make_unique<TestClient>(*session.server);
+    TestClient second(*session.server);
+    EXPECT_EQ(first->hello("first").role, Role::control);
+    std::thread leaving([&] {
+        std::this_thread::sleep_for(Milliseconds(50));
+        first.reset();
+    });
+    EXPECT_EQ(second.hello("second").role, Role::control);
+    leaving.join();
+}
+
 TEST(DeviceServer, ARunSendsItsMessagesInOrder) {
     FakeSession session;
     TestClient client(*session.server);

@@ -27,6 +27,8 @@ constexpr int kFullSteps = 6;      // then half ones: what hops to and fro settl
 // matrix was made, or the relative noise: its square, over 4, that is small enough.
 constexpr float kSettled = 4e-4f;
 constexpr float kDoubtfulSettled = 4e-5f;  // where the noise may be more than is stated
+// Change of a pulse one frame wide, relatively, that leaves its sigma as it was to a few per cent.
+constexpr float kMatrixServes = 0.03f;
 
 /// The fits of as many of a group's lanes as a register holds. Not inlined where that would copy
 /// the loops: two of them take turns.
@@ -106,6 +108,7 @@ class LaneFit {
         MF good = hn::And(hn::Ge(decrease, none), hn::Le(rest, settled));
         if (kShot) good = hn::And(good, hn::Lt(changed_, constant(0.01f)));
         if (!kShot && i == 0) good = hn::And(good, found_.is_inconspicuous());
+        if (!kShot) good = hn::And(good, hn::Le(changed_, matrix_serves()));
         model_ = found_.model;
         open_ = hn::AndNot(good, open_);
         return true;
@@ -121,6 +124,12 @@ class LaneFit {
     HWY_INLINE MF held_by(int i) const {
         const VI at = hn::Set(DI(), i);
         return hn::RebindMask(DF(), hn::AndNot(hn::Lt(at, lanes_.begin), hn::Lt(at, lanes_.end)));
+    }
+    /// Relative change of the model up to which the matrix says its sigma, too: of few samples a
+    /// width, where each of them lies matters.
+    HWY_INLINE VF matrix_serves() const {
+        const VF samples = hn::Mul(model_.width, constant(1.0f / task_.period));
+        return hn::Mul(constant(kMatrixServes), hn::Mul(samples, hn::Mul(samples, samples)));
     }
     /// What the variances fall with.
     static HWY_INLINE VF energy(const Model& model) {

@@ -238,6 +238,21 @@ HWY_INLINE bool is_open(const RowPlanes& planes, int x) {
     return (flags & (kOpen * 0x01010101u)) != 0;
 }
 
+/// Asks memory for what the row below will need of kPadding pixels from x on; a row has `width`
+/// samples. Below the last row there is nothing, and asking for it does no harm.
+HWY_INLINE void prefetch_below(const std::uint8_t* const* rows, int x, int width,
+                               const RowPlanes& planes) {
+    const auto ask = [](const std::uint8_t* from, std::ptrdiff_t distance) {
+        __builtin_prefetch(reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(from) +
+                                                         static_cast<std::uintptr_t>(distance)));
+    };
+    for (int k = 0; k < kBatch; ++k) ask(rows[k], x + width);
+    const std::ptrdiff_t stride = planes.background_low - planes.background_high;
+    const std::ptrdiff_t below = static_cast<std::ptrdiff_t>(RowPlanes::kCount) * stride + x;
+    ask(planes.background_high, below);
+    ask(planes.background_low, below);
+}
+
 /// Pixels [x, x + lanes) of the row, whose samples are at `offset` in `rows`.
 HWY_INLINE std::uint32_t advance_block(const std::uint8_t* const* rows, int offset, int x,
                                        const RowPlanes& planes, const Levels& levels,
@@ -299,9 +314,11 @@ RowState AdvanceRow(const std::uint8_t* const* rows, int width, const RowPlanes&
     RowState state;
     V8 oldest = hn::Zero(D8());
     int x = 0;
-    for (; x + lanes <= width; x += lanes)
+    for (; x + lanes <= width; x += lanes) {
+        if (x % kPadding == 0) prefetch_below(rows, x, width, planes);
         state.saturated_samples +=
             advance_block(rows, x, x, planes, of_row, limits, number, others, oldest);
+    }
     if (x < width) {
         // The row's end, in a copy that is as long as a register; behind it all is dark.
         alignas(kPadding) std::uint8_t rest[kBatch][kPadding] = {};

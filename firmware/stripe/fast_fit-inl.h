@@ -29,6 +29,9 @@ constexpr float kSettled = 4e-4f;
 constexpr float kDoubtfulSettled = 4e-5f;  // where the noise may be more than is stated
 // Change of a pulse one frame wide, relatively, that leaves its sigma as it was to a few per cent.
 constexpr float kMatrixServes = 0.03f;
+// Squared half aperture over width up to which the fourth cumulant changes no sample by more than
+// 3e-5 of the height.
+constexpr float kBlurred = 1.0f / 24.0f;
 
 /// The fits of as many of a group's lanes as a register holds. Not inlined where that would copy
 /// the loops: two of them take turns.
@@ -182,6 +185,7 @@ class LaneFit {
       public:
         HWY_INLINE Pass() {}  // not implied: see Model
         VF inverse, c4, c6, c3, dark;
+        bool blurred;  ///< some c4 is not 0
     };
 
     template <bool kShot, bool kMatrix>
@@ -189,9 +193,12 @@ class LaneFit {
         Pass p;
         p.inverse = hn::Div(constant(1.0f), model_.width);
         // Fourth cumulant of the aperture, -2 h^4 / 15, over 24 widths^4: times He4(z).
-        const VF q = hn::Mul(p.inverse, p.inverse);
         const float h2 = task_.half_aperture * task_.half_aperture;
-        p.c4 = hn::Mul(model_.height, hn::Mul(constant(-h2 * h2 / 180.0f), hn::Mul(q, q)));
+        const VF blur = hn::Mul(constant(h2), hn::Mul(p.inverse, p.inverse));
+        const MF matters = hn::Gt(blur, constant(kBlurred));
+        p.c4 = hn::IfThenElseZero(matters, hn::Mul(model_.height, hn::Mul(constant(-1.0f / 180.0f),
+                                                                          hn::Mul(blur, blur))));
+        p.blurred = !hn::AllFalse(DF(), matters);
         p.c6 = hn::Mul(p.c4, constant(6.0f));
         p.c3 = hn::Add(model_.height, hn::Mul(p.c4, constant(3.0f)));
         p.dark = hn::Sub(model_.level, constant(task_.black));
@@ -219,7 +226,8 @@ class LaneFit {
         if (lit || kShot) {
             VF f = none;
             if (lit) {
-                const VF shape = hn::Add(hn::Mul(u, hn::Sub(hn::Mul(p.c4, u), p.c6)), p.c3);
+                VF shape = p.c3;
+                if (p.blurred) shape = hn::Add(hn::Mul(u, hn::Sub(hn::Mul(p.c4, u), p.c6)), shape);
                 f = hn::IfThenElseZero(near, hn::Mul(bell(u), shape));
             }
             r = hn::Sub(r, f);
@@ -285,8 +293,7 @@ HWY_INLINE void fit_in_turns(LaneFit* one, LaneFit* other) {
 void FitGroups(FitTask& task, FitTask* other) {
     task.lanes = task.pulses = task.unsure = 0;
     if (other != nullptr) other->lanes = other->pulses = other->unsure = 0;
-    // One variance for all of a window's samples where it changes by less than a thousandth.
-    const bool shot = 255.0f * task.variance_gain >= 1e-3f * task.variance_floor;
+    const bool shot = has_shot_noise(task);
     for (int lane = 0; lane < kLanes; lane += static_cast<int>(hn::Lanes(DF()))) {
         LaneFit first(task, lane);
         if (other == nullptr) {

@@ -147,8 +147,18 @@ void GroupFits::prepare(GroupWindows& group) {
     const std::size_t at =
         static_cast<std::size_t>(group.y) * static_cast<std::size_t>(setting_.width) +
         static_cast<std::size_t>(group.x);
-    for (int k = group.first; k < group.past; ++k) __builtin_prefetch(*table_.pixels(k) + at);
+    prefetch(group, at);
     planes_.prefetch(group.x, group.y);
+}
+
+/// Neighbouring groups share lines of the cache: what was asked for is not asked for again.
+void GroupFits::prefetch(const GroupWindows& group, std::size_t at) {
+    const auto line = reinterpret_cast<std::uintptr_t>(*table_.pixels(table_.first()) + at) /
+                      static_cast<std::uintptr_t>(kPadding);
+    if (line != asked_.line) asked_ = {line, 0, 0};
+    for (int k = group.first; k < group.past; ++k)
+        if (k < asked_.first || k >= asked_.past) __builtin_prefetch(*table_.pixels(k) + at);
+    if (group.first < group.past) asked_ = {line, group.first, group.past};
 }
 
 void GroupFits::fit_queued() {

@@ -70,7 +70,14 @@ class GroupFits {
         std::vector<const std::uint8_t*> copied;
     };
 
+    /// Frames whose samples memory was asked for last, about a line of the cache.
+    struct Asked {
+        std::uintptr_t line = 0;
+        int first = 0, past = 0;
+    };
+
     void prepare(GroupWindows& group);
+    void prefetch(const GroupWindows& group, std::size_t at);
     void fit(const GroupWindows& group, const GroupWindows* other);
     void fill(Work& work, const GroupWindows& group) const;
     static void copy_samples(Work& work, std::size_t size);
@@ -85,6 +92,7 @@ class GroupFits {
     PulsePlanes& planes_;
     std::vector<RowFinds>& rows_;
     std::vector<GroupWindows> queue_, next_;
+    Asked asked_;
     Work one_, other_;
 };
 

@@ -28,8 +28,16 @@ constexpr float kStrong = 4.0f, kWeak = 7.0f, kVeryStrong = 10.0f;
 // Widths (periods) below which a misfit may be one of two ways between few samples, and that a
 // window must be long so that height, width and background are known apart.
 constexpr float kNarrow = 0.8f, kWindowWidths = 5.0f;
+// Share of chi-square about its limit that is left to the reference: of pulses of 50 times the
+// noise and less, and of 200 times and more.
+constexpr float kLeastDoubt = 5e-4f, kMostDoubt = 2e-3f;
 constexpr float kClearlyPlaced = 0.3f;  // sigma over width: more is where frames are missing
 constexpr float kClearlyAbove = 1.03f, kClearlyBelow = 0.97f;
+
+/// False: one variance for all of a window's samples, where it changes by less than a thousandth.
+HWY_INLINE bool has_shot_noise(const FitTask& task) {
+    return 255.0f * task.variance_gain >= 1e-3f * task.variance_floor;
+}
 
 /// The lanes' windows, and what their samples say without a fit.
 class LaneWindows {
@@ -164,6 +172,15 @@ class Found {
     HWY_INLINE VF significant() const {
         return hn::Add(constant(1.0f), hn::Mul(constant(3.0f), spread_));
     }
+    /// Share of chi-square that the kernel may miss the reference's by: its shape's errors grow
+    /// with the height over the noise; with shot noise its weights have errors of their own.
+    HWY_INLINE VF doubt(const FitTask& task) const {
+        if (has_shot_noise(task)) return constant(kMostDoubt);
+        const VF share = hn::Clamp(hn::Mul(constant(2e-5f), hn::Div(model.height, lanes_.least)),
+                                   constant(kLeastDoubt), constant(kMostDoubt));
+        return hn::IfThenElse(hn::Ge(lanes_.count, constant(kLongEnough)), share,
+                              constant(kMostDoubt));
+    }
     static HWY_INLINE std::uint32_t bits(MF mask) {
         std::uint8_t bytes[8] = {};
         hn::StoreMaskBits(DF(), mask, bytes);
@@ -193,9 +210,10 @@ class Found {
     /// makes of one in some hundred strong pulses, and nothing is left over that may be another.
     HWY_INLINE MF is_single(const FitTask& task) const {
         const VF limit = significant();
-        const MF quiet = hn::Lt(chi_square_, hn::Mul(constant(0.998f), limit));
+        const VF unsure = hn::Mul(doubt(task), limit);
+        const MF quiet = hn::Lt(chi_square_, hn::Sub(limit, unsure));
         const MF noise =
-            hn::And(hn::And(hn::Gt(chi_square_, hn::Mul(constant(1.002f), limit)),
+            hn::And(hn::And(hn::Gt(chi_square_, hn::Add(limit, unsure)),
                             hn::Le(chi_square_, hn::Mul(constant(1.5f), limit))),
                     hn::And(hn::Ge(model.height, hn::Mul(constant(kVeryStrong), lanes_.least)),
                             hn::Ge(lanes_.count, constant(kLongEnough))));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <span>
 
 #include "firmware/stripe/path_spacetime.h"
@@ -12,6 +13,7 @@
 #include "host/core/errors.h"
 #include "host/geometry/parallel.h"
 #include "host/io/model_io.h"
+#include "host/scan/compare_directions.h"
 #include "host/scan/merge_passes.h"
 #include "host/scan/path_table.h"
 
@@ -149,6 +151,16 @@ std::string correct_delay(std::vector<PulseMap>& passes) {
     return text;
 }
 
+/// What the directions of a whole swept sweep say of each other's pulses, which it flags.
+std::optional<DirectionComparison> compare(std::vector<PulseMap>& passes,
+                                           const RecordingContents& recording) {
+    const ScanPlan& plan = recording.snapshot.plan;
+    const bool is_whole = recording.end && recording.end->complete;
+    if (!plan.both_directions || !is_whole || grid_of(recording) != PassGrid::image) return {};
+    return compare_directions(
+        passes, {.from = plan.from, .to = plan.to, .noise = recording.snapshot.device.noise});
+}
+
 }  // namespace
 
 PulseMap pulses_of(const RecordingContents& recording, const std::string& name,
@@ -190,6 +202,19 @@ std::string fallback_note(const RangeImage& image) {
            "them (near a table's axis, or outside the calibrated field)";
 }
 
+std::string directions_note(const RangeStatistics& statistics) {
+    if (!statistics.directions) return "";
+    const DirectionComparison& told = *statistics.directions;
+    char text[280];
+    std::snprintf(
+        text, sizeof text,
+        "two directions of the axis: %zu pulses agree; flagged as ghosts: %zu that the "
+        "other direction must have seen and did not, %zu that it saw elsewhere, %zu beside "
+        "them (%zu points)",
+        told.agreeing, told.unseen, told.displaced, told.beside, statistics.contradicted);
+    return text;
+}
+
 std::string footprint_note(const RangeStatistics& statistics) {
     const PixelFootprint& footprint = statistics.footprint;
     if (!(footprint.sigma_px > 0)) return "";
@@ -207,11 +232,18 @@ RangeResult range_of(const RecordingContents& recording, const ScannerModel& mod
     std::vector<PulseMap> passes = passes_with_positions(recording, name, &model, delay_ns);
     const std::string delay_note = correct_delay(passes);
     options.axis_sigma_s = recording.axis_log.sigma_s;
-    RangeResult result =
-        range_from_pulses(merge_passes(passes, grid_of(recording), name), model, options);
+    const auto directions = compare(passes, recording);
+    options.directions_compared = directions.has_value();
+    RangeResult result = range_from_pulses(
+        merge_passes(passes, grid_of(recording), name,
+                     directions ? directions->axis_sigma_s : options.axis_sigma_s),
+        model, options);
+    result.statistics.directions = directions;
     if (const std::string note = footprint_note(result.statistics); !note.empty())
         result.notes.push_back(note);
     if (!delay_note.empty()) result.notes.push_back(delay_note);
+    if (const std::string note = directions_note(result.statistics); !note.empty())
+        result.notes.push_back(note);
     if (const std::string note = fallback_note(result.image); !note.empty())
         result.notes.push_back(note);
     result.image.model_hash = model_hash(model);

@@ -27,12 +27,17 @@ std::string paths_note(const RecordingContents& recording, const ScannerModel& m
 /// Empty, or how many points are spatial peaks because their image paths are too short to follow.
 std::string fallback_note(const RangeImage& image);
 
+/// Empty, or what two directions of the axis say of each other's pulses.
+std::string directions_note(const RangeStatistics& statistics);
+
 /// Empty, or by which footprint points were moved to their centre of light.
 std::string footprint_note(const RangeStatistics& statistics);
 
 /// Range image of a recorded sweep, with the standard deviation of positions that its log states,
 /// with the model's clock delay applied and its hash noted. Passes
-/// in two directions tell what delay is left: it is noted, and corrected where it is certain.
+/// in two directions tell what delay is left: it is noted, and corrected where it is certain. On a
+/// swept machine in spacetime what one direction denies of the other is flagged and noted
+/// (host/scan/compare_directions.h), unless the run broke off.
 RangeResult range_of(const RecordingContents& recording, const ScannerModel& model,
                      const std::string& name, RangeOptions options = {});
 

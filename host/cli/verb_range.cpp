@@ -77,8 +77,16 @@ class RangeVerb final : public Verb {
         context.say(out + ": " + describe(range.statistics));
         for (const std::string& note : range.notes) context.say(out + ": " + note);
         const RangeStatistics& s = range.statistics;
-        return JsonResult()
-            .set("recording", recording)
+        JsonResult result;
+        if (s.directions)
+            result.set("directions", JsonResult()
+                                         .set("agreeing", s.directions->agreeing)
+                                         .set("unseen", s.directions->unseen)
+                                         .set("displaced", s.directions->displaced)
+                                         .set("beside", s.directions->beside)
+                                         .set("untold", s.directions->untold)
+                                         .set("points_flagged", s.contradicted));
+        return result.set("recording", recording)
             .set("out", out)
             .set("points", s.points)
             .set("pulses", s.pulses)

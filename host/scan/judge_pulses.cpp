@@ -151,18 +151,21 @@ bool is_in_merging_light(const std::vector<Merging>& merging, const PulseCandida
            merges_near(merging, Merging::maybe, grid, x, y, far);
 }
 
+bool is_doubtful(const PulseCandidate& c) { return c.turned_away || c.contradicted; }
+
 bool choose(std::vector<PulseCandidate>& cell) {
     for (PulseCandidate& c : cell) {
         c.flags = static_cast<std::uint16_t>(c.pulse->flags & ~kPulseGhostSuspected);
         if (c.apart > kParted) c.flags = static_cast<std::uint16_t>(c.flags & ~kPulseOverlapping);
-        if (c.turned_away) c.flags |= kPulseGhostSuspected;
+        if (is_doubtful(c)) c.flags |= kPulseGhostSuspected;
     }
     std::stable_sort(cell.begin(), cell.end(), [](const auto& a, const auto& b) {
+        if (is_doubtful(a) != is_doubtful(b)) return is_doubtful(b);
         if (a.turned_away != b.turned_away) return b.turned_away;
         if (a.support != b.support) return a.support > b.support;
         return a.pulse->amplitude > b.pulse->amplitude;
     });
-    if (cell.size() < 2 || cell[1].turned_away) return true;
+    if (cell.size() < 2 || is_doubtful(cell[1])) return true;
     if (cell[1].support < kThroughgoing) return true;
     cell[0].flags |= kPulseGhostSuspected;
     return false;

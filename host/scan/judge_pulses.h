@@ -13,11 +13,12 @@ namespace stria {
 struct PulseCandidate {
     const Pulse* pulse = nullptr;
     Triangulation hit;
-    double width_ratio = 1;    ///< measured over expected, over the scan's median of that
-    double apart = 1e300;      ///< widths_apart
-    std::uint16_t flags = 0;   ///< PulseFlag: what the point will carry
-    bool turned_away = false;  ///< the surface it would make with its neighbours shows its back
-    int support = 0;           ///< neighbours of the 8 about it that continue its surface
+    double width_ratio = 1;     ///< measured over expected, over the scan's median of that
+    double apart = 1e300;       ///< widths_apart
+    std::uint16_t flags = 0;    ///< PulseFlag: what the point will carry
+    bool contradicted = false;  ///< another pass should have seen it there and did not
+    bool turned_away = false;   ///< the surface it would make with its neighbours shows its back
+    int support = 0;            ///< neighbours of the 8 about it that continue its surface
 };
 
 /// How far the pulse stands from the nearest one of its cell that was fitted together with it, in
@@ -47,7 +48,7 @@ struct JudgeCounts {
 /// move opposite to direct pulses). The gradient of s comes from a plane through the nearest
 /// candidates in 5 x 5 pixels; a pulse is turned away where it faces the laser's apex by less than
 /// minus three standard deviations:
-/// - turned away: kPulseGhostSuspected, behind all others;
+/// - turned away, or contradicted by another pass: kPulseGhostSuspected, behind all others;
 /// - one left: chosen, what the analyser suspected by strength alone is taken back, and so is
 ///   kPulseOverlapping where two pulses 1.5 widths or more apart were fitted together;
 /// - several left: the one that most of the 8 neighbours continue, of two that end here (a pixel on

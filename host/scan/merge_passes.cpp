@@ -7,19 +7,14 @@
 
 #include "firmware/core/median.h"
 #include "host/core/errors.h"
+#include "host/scan/compare_directions.h"
 
 namespace stria {
 namespace {
 
-constexpr double kSamePlace = 4;  // standard deviations of the difference
 constexpr std::size_t kFewestCells = 100;
 constexpr double kMadToSigma = 1.4826;    // of a Gaussian
 constexpr double kMedianToMean = 1.2533;  // standard deviation of the median over the mean's
-
-/// Standard deviation of s from the fit of the pulse in time.
-double sigma_of_s(const Pulse& pulse) {
-    return static_cast<double>(pulse.sigma) * 1e-9 * std::abs(pulse.ds_dt);
-}
 
 /// Pulses of different passes that are one.
 struct Cluster {
@@ -45,16 +40,12 @@ struct Seen {
     std::size_t pass = 0;
 };
 
-bool same_pixel(const Pulse& a, const Pulse& b) {
-    return a.u == b.u && a.v == b.v && a.laser_id == b.laser_id;
-}
-
 bool can_merge(const Pulse& pulse) {
     return sigma_of_s(pulse) > 0 && (pulse.flags & kPulseSpatialFallback) == 0;
 }
 
 /// The most precise first; then each joins the nearest cluster that lacks its pass.
-std::vector<Cluster> clusters_of(std::vector<Seen>& seen) {
+std::vector<Cluster> clusters_of(std::vector<Seen>& seen, double axis_sigma_s) {
     std::stable_sort(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) {
         return sigma_of_s(a.pulse) < sigma_of_s(b.pulse);
     });
@@ -65,7 +56,8 @@ std::vector<Cluster> clusters_of(std::vector<Seen>& seen) {
         for (Cluster& cluster : clusters) {
             if (cluster.holds(pass) || !same_pixel(cluster.best, pulse)) continue;
             const double off =
-                std::abs(pulse.s - cluster.s()) / std::hypot(cluster.sigma(), sigma_of_s(pulse));
+                std::abs(pulse.s - cluster.s()) /
+                std::hypot(cluster.sigma(), sigma_of_s(pulse), std::sqrt(2.0) * axis_sigma_s);
             if (off > least) continue;
             least = off;
             nearest = &cluster;
@@ -75,11 +67,12 @@ std::vector<Cluster> clusters_of(std::vector<Seen>& seen) {
             nearest->best = pulse;
         }
         nearest->add(pulse, pass);
+        nearest->best.flags |= pulse.flags & kPulseGhostSuspected;
     }
     return clusters;
 }
 
-std::vector<Pulse> merged(std::vector<Seen> seen) {
+std::vector<Pulse> merged(std::vector<Seen> seen, double axis_sigma_s) {
     std::vector<Pulse> pulses;
     std::vector<Seen> mergeable;
     for (const Seen& one : seen)
@@ -87,7 +80,7 @@ std::vector<Pulse> merged(std::vector<Seen> seen) {
             mergeable.push_back(one);
         else
             pulses.push_back(one.pulse);
-    for (const Cluster& cluster : clusters_of(mergeable)) {
+    for (const Cluster& cluster : clusters_of(mergeable, axis_sigma_s)) {
         Pulse pulse = cluster.best;
         if (cluster.passes.size() > 1) {
             pulse.s = cluster.s();
@@ -125,14 +118,6 @@ std::span<const Pulse> cell_of(const PulseMap& map, PassGrid grid, int x, int y)
     return map.cell(grid == PassGrid::frames && goes_back ? map.width - 1 - x : x, y);
 }
 
-/// The one unflagged pulse of a cell, if there is one.
-const Pulse* clean_pulse(const PulseMap& map, std::size_t cell) {
-    const std::uint32_t begin = map.cell_begin[cell];
-    if (map.cell_begin[cell + 1] != begin + 1) return nullptr;
-    const Pulse& pulse = map.pulses[begin];
-    return pulse.flags == 0 && sigma_of_s(pulse) > 0 ? &pulse : nullptr;
-}
-
 void gather_delays(const PulseMap& a, const PulseMap& b, std::vector<double>& delays_s) {
     for (std::size_t cell = 0; cell + 1 < a.cell_begin.size(); ++cell) {
         const Pulse* one = clean_pulse(a, cell);
@@ -140,6 +125,17 @@ void gather_delays(const PulseMap& a, const PulseMap& b, std::vector<double>& de
         if (!one || !other || !same_pixel(*one, *other) || one->ds_dt * other->ds_dt >= 0) continue;
         delays_s.push_back(-(one->s - other->s) / (one->ds_dt - other->ds_dt));
     }
+}
+
+/// Those suspected as ghosts give way first.
+void keep_strongest(std::vector<Pulse>& pulses) {
+    const auto stronger = [](const Pulse& a, const Pulse& b) { return a.amplitude > b.amplitude; };
+    std::stable_sort(pulses.begin(), pulses.end(), stronger);
+    if (pulses.size() <= kMaxPulsesPerCell) return;
+    std::stable_partition(pulses.begin(), pulses.end(),
+                          [](const Pulse& p) { return (p.flags & kPulseGhostSuspected) == 0; });
+    pulses.resize(kMaxPulsesPerCell);
+    std::stable_sort(pulses.begin(), pulses.end(), stronger);
 }
 
 }  // namespace
@@ -167,7 +163,8 @@ void apply_delay(PulseMap& map, double delay_ns) {
     for (Pulse& pulse : map.pulses) pulse.s += pulse.ds_dt * 1e-9 * delay_ns;
 }
 
-PulseMap merge_passes(std::span<const PulseMap> passes, PassGrid grid, const std::string& name) {
+PulseMap merge_passes(std::span<const PulseMap> passes, PassGrid grid, const std::string& name,
+                      double axis_sigma_s) {
     if (passes.size() == 1) return passes.front();
     PulseMap all = common_grid(passes, grid, name);
     for (int y = 0; y < all.height; ++y)
@@ -178,13 +175,10 @@ PulseMap merge_passes(std::span<const PulseMap> passes, PassGrid grid, const std
                     seen.push_back({pulse, pass});
             std::vector<Pulse> pulses;
             if (grid == PassGrid::image)
-                pulses = merged(std::move(seen));
+                pulses = merged(std::move(seen), axis_sigma_s);
             else
                 for (const Seen& one : seen) pulses.push_back(one.pulse);
-            std::stable_sort(pulses.begin(), pulses.end(), [](const Pulse& a, const Pulse& b) {
-                return a.amplitude > b.amplitude;
-            });
-            if (pulses.size() > kMaxPulsesPerCell) pulses.resize(kMaxPulsesPerCell);
+            keep_strongest(pulses);
             all.pulses.insert(all.pulses.end(), pulses.begin(), pulses.end());
             all.cell_begin.push_back(static_cast<std::uint32_t>(all.pulses.size()));
         }

@@ -190,8 +190,10 @@ std::vector<std::vector<Candidate>> triangulate_all(const PulseMap& map, const S
                     continue;
                 }
                 const double width = expected_width(map, *channel, pulse, *hit);
-                found[i].push_back({&pulse, *hit, width > 0 ? pulse.width / width : 1.0,
-                                    widths_apart(pulse, cell), pulse.flags});
+                found[i].push_back(
+                    {&pulse, *hit, width > 0 ? pulse.width / width : 1.0, widths_apart(pulse, cell),
+                     pulse.flags,
+                     options.directions_compared && (pulse.flags & kPulseGhostSuspected) != 0});
             }
         }
     });
@@ -327,6 +329,7 @@ RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
             image.further.push_back({static_cast<std::uint32_t>(i), static_cast<std::uint8_t>(k),
                                      make_point(pulses, cell[k], *channel, options)});
         ++statistics.points;
+        statistics.contradicted += cell.front().contradicted;
     }
     if (channel) image.kind = channel->axis.kind;
     if (statistics.points > 0) {

@@ -8,6 +8,7 @@
 #include "host/core/range_image.h"
 #include "host/core/scanner_model.h"
 #include "host/scan/centre_of_light.h"
+#include "host/scan/compare_directions.h"
 
 namespace stria {
 
@@ -26,6 +27,9 @@ struct RangeOptions {
     /// the middle of the light that timed them (centre_of_light.h); 0: they stay on their pixel's
     /// ray. Not set: as the pulses themselves show it, none if they do not.
     std::optional<double> footprint_px = std::nullopt;
+    /// Swept spacetime: the pulses' kPulseGhostSuspected came from two directions of the axis
+    /// (compare_directions.h), not from strength alone: it stays.
+    bool directions_compared = false;
     /// Leading calibration errors kept for each point.
     int sensitivity_count = 4;
 };
@@ -40,10 +44,12 @@ struct RangeStatistics {
     std::size_t turned_away = 0;        ///< swept spacetime: pulses flagged as ghosts
     std::size_t ambiguous = 0;          ///< swept spacetime: cells flagged, the choice open
     std::size_t near_merging = 0;       ///< swept spacetime: cells flagged beside merging pulses
+    std::size_t contradicted = 0;       ///< points that the other direction of the axis denies
     std::size_t points = 0;             ///< cells with a point
     PixelFootprint footprint;           ///< that points were moved by; 0: none
     double median_sigma_mm = 0;
     double median_systematic_mm = 0;
+    std::optional<DirectionComparison> directions;  ///< of the pulses, by who merged the passes
 };
 
 struct RangeResult {

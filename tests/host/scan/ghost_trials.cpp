@@ -55,27 +55,6 @@ Eigen::Matrix3d about_y(double angle) {
     return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
 }
 
-/// Distance (mm) of a point from the surface along the rays of its pixel, the least of 5 x 5 over
-/// its area: where an edge runs through the pixel either side is true.
-double distance_in_pixel(const SceneGeometry& geometry, const Channel& channel, std::size_t cell,
-                         const RangePoint& point) {
-    const auto width = static_cast<std::size_t>(channel.camera.width);
-    const Rigid3 world_from_camera = scan_from_camera(channel, 0);
-    const Eigen::Vector3d eye = world_from_camera.translation;
-    double least = 1e9;
-    for (int j = -2; j <= 2; ++j)
-        for (int i = -2; i <= 2; ++i) {
-            const Eigen::Vector2d pixel(static_cast<double>(cell % width) + i / 4.0,
-                                        static_cast<double>(cell / width) + j / 4.0);
-            const SurfaceHit hit = geometry.first_hit(
-                eye, world_from_camera.rotation * ray_through(channel.camera, pixel));
-            if (hit.object >= 0)
-                least = std::min(
-                    least, std::abs((point.position - eye).norm() - (hit.point - eye).norm()));
-        }
-    return least;
-}
-
 /// What a pixel sees of light that came by way of another surface.
 class ReflectedLight {
   public:
@@ -194,6 +173,25 @@ Scene plain_scene(int width, int height) {
     scene.objects[0].world_from_object.translation = {-15, 5, -420};
     scene.objects[2].world_from_object.translation = {35, -10, -430};
     return scene;
+}
+
+double distance_in_pixel(const SceneGeometry& geometry, const Channel& channel, std::size_t cell,
+                         const RangePoint& point) {
+    const auto width = static_cast<std::size_t>(channel.camera.width);
+    const Rigid3 world_from_camera = scan_from_camera(channel, 0);
+    const Eigen::Vector3d eye = world_from_camera.translation;
+    double least = 1e9;
+    for (int j = -2; j <= 2; ++j)
+        for (int i = -2; i <= 2; ++i) {
+            const Eigen::Vector2d pixel(static_cast<double>(cell % width) + i / 4.0,
+                                        static_cast<double>(cell / width) + j / 4.0);
+            const SurfaceHit hit = geometry.first_hit(
+                eye, world_from_camera.rotation * ray_through(channel.camera, pixel));
+            if (hit.object >= 0)
+                least = std::min(
+                    least, std::abs((point.position - eye).norm() - (hit.point - eye).norm()));
+        }
+    return least;
 }
 
 GhostScan scan_ghosts(const Scene& scene, unsigned seed, const RangeOptions& options) {

@@ -6,6 +6,7 @@
 #include "host/core/image.h"
 #include "host/scan/range_from_pulses.h"
 #include "sim/scene.h"
+#include "sim/scene_geometry.h"
 
 /// Scans of scenes that throw light where it was not sent, from rendered frames with noise to a
 /// range image, each point held against the surface that its pixel looks at.
@@ -38,19 +39,24 @@ Scene mirror_scene(const UprightMirror& mirror, const GhostScanner& scanner = {}
 /// The built-in scene's sphere, plate and step on the same scanner: nothing reflected.
 Scene plain_scene(int width, int height);
 
+/// Distance (mm) of a point from the surface along the rays of its pixel, the least of 5 x 5 over
+/// its area: where an edge runs through the pixel either side is true. 1e9 where nothing is.
+double distance_in_pixel(const SceneGeometry& geometry, const Channel& channel, std::size_t cell,
+                         const RangePoint& point);
+
 /// What became of each pixel whose surface camera and laser both see. Wrong: off along the ray by
 /// more than max(5 sigma, sigma_b / 2).
 struct GhostCount {
-    std::size_t lit = 0;            ///< pixels whose surface the laser reaches
-    std::size_t right = 0;          ///< of them: a point without warnings, not wrong
-    std::size_t flagged = 0;        ///< of all: points with a warning
-    std::size_t flagged_right = 0;  ///< of the lit pixels: not wrong, though with a warning
-    std::size_t wrong = 0;          ///< of all: points without warnings that are wrong
+    std::size_t lit = 0;               ///< pixels whose surface the laser reaches
+    std::size_t right = 0;             ///< of them: a point without warnings, not wrong
+    std::size_t flagged = 0;           ///< of all: points with a warning
+    std::size_t flagged_right = 0;     ///< of the lit pixels: not wrong, though with a warning
+    std::size_t wrong = 0;             ///< of all: points without warnings that are wrong
     /// The same in pixels of which the sheet itself does not light all: its pulse is that of the
     /// lit part, an error of edges and not of ghosts.
     std::size_t wrong_at_edges = 0;
-    std::size_t points = 0;   ///< of all: points without warnings
-    std::size_t several = 0;  ///< cells with more than one pulse before the choice
+    std::size_t points = 0;            ///< of all: points without warnings
+    std::size_t several = 0;           ///< cells with more than one pulse before the choice
     /// Of the lit pixels: reflected light has its maximum within 1.5 standard deviations of the
     /// direct pulse (of that pulse in time) and is seen: they may be flagged.
     std::size_t close = 0;

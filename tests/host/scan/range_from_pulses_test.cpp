@@ -122,6 +122,32 @@ TEST(RangeFromPulses, KeepsTheOtherPulsesAsFurtherReturns) {
     EXPECT_EQ(result.image.points[cell].flags, 0);  // the one without a warning, though weaker
 }
 
+TEST(RangeFromPulses, WhatTwoDirectionsDenyStaysFlaggedAndComesLast) {
+    PulseMap map = plane_pulses(swept_scanner(), 0, 1);
+    std::vector<std::size_t> cells;
+    for (std::size_t cell = 0; cells.size() < 2; ++cell)
+        if (map.cell_begin[cell + 1] > map.cell_begin[cell]) cells.push_back(cell);
+    // The first cell holds the denied pulse beside another one, which is on no surface; the second
+    // one nothing else.
+    map.pulses[map.cell_begin[cells[0]]].flags = kPulseGhostSuspected;
+    map.pulses[map.cell_begin[cells[1]]].flags = kPulseGhostSuspected;
+    Pulse other = map.pulses[map.cell_begin[cells[0]]];
+    other.flags = 0;
+    other.amplitude /= 3;
+    other.s += 0.01;
+    map.pulses.insert(map.pulses.begin() + map.cell_begin[cells[0]], other);
+    for (std::size_t i = cells[0] + 1; i < map.cell_begin.size(); ++i) ++map.cell_begin[i];
+    const auto told = range_from_pulses(map, swept_scanner(), {.directions_compared = true});
+    EXPECT_EQ(told.image.points[cells[0]].flags, 0);
+    EXPECT_EQ(told.image.points[cells[0]].s, other.s);
+    EXPECT_EQ(told.image.points[cells[1]].flags, kPulseGhostSuspected);
+    EXPECT_EQ(told.statistics.contradicted, 1U);
+    // By strength alone it would be no suspicion.
+    const auto untold = range_from_pulses(map, swept_scanner());
+    EXPECT_NE(untold.image.points[cells[0]].s, other.s);
+    EXPECT_EQ(untold.image.points[cells[1]].flags, 0);
+}
+
 TEST(RangeFromPulses, RefusesALaserTheModelDoesNotKnow) {
     PulseMap map = plane_pulses(swept_scanner(), 0, 1);
     map.pulses[0].laser_id = 3;

@@ -94,7 +94,8 @@ class RangeVerb final : public Verb {
             .set("wrong_width", s.wrong_width)
             .set("median_sigma_mm", s.median_sigma_mm)
             .set("median_systematic_mm", s.median_systematic_mm)
-            .set("footprint_px", s.footprint.sigma_px);
+            .set("footprint_px", s.footprint.sigma_px)
+            .set("partly_lit", s.partly_lit);
     }
 
     RangeOptions range_options() const {

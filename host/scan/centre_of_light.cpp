@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include "host/geometry/parallel.h"
 
@@ -13,6 +14,9 @@ namespace {
 constexpr std::uint16_t kDoubtful =
     kPulseOverlapping | kPulseGhostSuspected | kPulseWidthOutOfRange | kPulseTouchesSequenceEnd;
 
+constexpr float kPixelAlonePx =
+    0.288675F;  ///< standard deviation of a pixel's square: 1 / sqrt(12)
+
 /// A cell's pulse reduced to what the gradients need.
 struct Light {
     double s = 0;
@@ -21,11 +25,16 @@ struct Light {
     float sigma_log = 0;  ///< its standard deviation, by the noise
     float sigma_s = 0;
     std::uint16_t source = 0;  ///< laser and exposure
+    bool is_doubtful = false;  ///< a pulse with warnings: nothing to compare with
 };
 
 Light light_of(const Pulse* pulse) {
-    if (!pulse || (pulse->flags & kDoubtful) != 0 || !(pulse->amplitude > 0) || !(pulse->width > 0))
-        return {};
+    if (!pulse) return {};
+    if ((pulse->flags & kDoubtful) != 0 || !(pulse->amplitude > 0) || !(pulse->width > 0)) {
+        Light doubtful;
+        doubtful.is_doubtful = true;
+        return doubtful;
+    }
     // The logarithm of a fitted Gaussian's amplitude x width scatters by sqrt(3) / 2 of sigma /
     // width where the background is known and by somewhat more where it is not (the Fisher matrix
     // of Hagen, Kupinski and Dereniak, Appl. Opt. 46, 2007): by about sigma / width.
@@ -36,17 +45,26 @@ Light light_of(const Pulse* pulse) {
             std::log(pulse->amplitude * pulse->width),
             relative,
             static_cast<float>(static_cast<double>(pulse->sigma) * per_ns),
-            static_cast<std::uint16_t>(pulse->laser_id << 8 | pulse->exposure_index)};
+            static_cast<std::uint16_t>(pulse->laser_id << 8 | pulse->exposure_index),
+            false};
+}
+
+bool is_near(const Light& a, const Light& b) {
+    return std::abs(a.s - b.s) <= 2 * std::max(a.width_s, b.width_s);
 }
 
 bool continues(const Light& a, const Light& b) {
-    return a.width_s > 0 && b.width_s > 0 && a.source == b.source &&
-           std::abs(a.s - b.s) <= 2 * std::max(a.width_s, b.width_s);
+    return a.width_s > 0 && b.width_s > 0 && a.source == b.source && is_near(a, b);
 }
 
 struct Slope {
     float value = 0;  ///< d ln E, per px
     float sigma = 0;
+};
+
+/// How far the middle of a partly lit pixel's light lies from its own along an axis.
+struct BorderShift {
+    float px = 0, sigma_px = 0;
 };
 
 /// The lights of the map with what lies about them along an axis.
@@ -97,7 +115,53 @@ class LightMap {
                 std::hypot(sigma_at(to), sigma_at(from)) / pixels};
     }
 
+    /// Empty where the surface goes on to both sides or to none, or the pixel is as bright as the
+    /// ones inwards lead to expect.
+    std::optional<BorderShift> border(int x, int y, int axis, float footprint_px) const {
+        for (const int inwards : {-1, 1}) {
+            if (!ends(x, y, axis, -inwards)) continue;
+            const int known = reach(x, y, axis, inwards, 4);
+            if (known == 0) return std::nullopt;
+            const auto inner = [&](int k) -> const Light& {
+                return *along(x, y, axis, k * inwards);
+            };
+            float expected = inner(1).log_light;
+            float sigma = std::hypot(at(x, y).sigma_log, inner(1).sigma_log);
+            if (known > 1) {  // as the surface's shading goes on, give or take its texture
+                const auto step = [&](int k) {
+                    return inner(k).log_light - inner(k + 1).log_light;
+                };
+                float squares = 0;
+                for (int k = 1; k < known; ++k) squares += step(k) * step(k);
+                expected += std::clamp(step(1), kSteepestShading, 0.0F);
+                sigma = std::hypot(sigma, std::hypot(inner(1).sigma_log, inner(2).sigma_log),
+                                   std::sqrt(squares / static_cast<float>(known - 1)));
+            }
+            const float lit = std::exp(at(x, y).log_light - expected);
+            if (1 - lit <= kDarker * lit * sigma) return std::nullopt;
+            const float per_share = std::sqrt(3.0F) * footprint_px;
+            const float shift = per_share * (1 - lit);
+            return BorderShift{static_cast<float>(inwards) * shift,
+                               std::hypot(per_share * lit * sigma, kShapeUnknown * shift)};
+        }
+        return std::nullopt;
+    }
+
   private:
+    static constexpr float kSteepestShading = -0.36F;  ///< ln 0.7, a pixel
+    static constexpr float kDarker = 3;                ///< standard deviations
+    static constexpr float kShapeUnknown = 0.25F;      ///< of the shift
+
+    /// Whether the surface seen here does not go on in the next two pixels.
+    bool ends(int x, int y, int axis, int direction) const {
+        for (const int k : {1, 2}) {
+            const Light* next = along(x, y, axis, k * direction);
+            if (!next) return k == 2;
+            if (next->is_doubtful || (next->width_s > 0 && is_near(at(x, y), *next))) return false;
+        }
+        return true;
+    }
+
     std::vector<Light> lights_;
     std::array<int, 2> size_;
 };
@@ -148,29 +212,43 @@ BendSums bends_of_row(const LightMap& map, int width, int y, int axis) {
     return sums;
 }
 
+CentreOfLight centre_at(const LightMap& map, int x, int y, float footprint_px) {
+    const float seen_px = footprint_px > 0 ? footprint_px : kPixelAlonePx;
+    CentreOfLight centre;
+    int borders = 0;
+    for (int axis = 0; axis < 2; ++axis) {
+        if (const auto border = map.border(x, y, axis, seen_px)) {
+            centre.shift_px[axis] = border->px;
+            centre.sigma_px[axis] = border->sigma_px;
+            ++borders;
+        } else if (footprint_px > 0) {
+            const Slope slope = map.slope(x, y, axis);
+            centre.shift_px[axis] = footprint_px * footprint_px * slope.value;
+            centre.sigma_px[axis] = footprint_px * footprint_px * slope.sigma;
+        }
+    }
+    centre.is_partly_lit = borders > 0;
+    if (borders == 2) centre.shift_px *= std::sqrt(0.5F);  // a border across the corner
+    const float longest = 2 * seen_px;
+    if (const float length = centre.shift_px.norm(); length > longest)
+        centre.shift_px *= longest / length;
+    return centre;
+}
+
 }  // namespace
 
 std::vector<CentreOfLight> centres_of_light(std::span<const Pulse* const> chosen, int width,
                                             int height, double footprint_px) {
     const LightMap map(chosen, width, height);
     std::vector<CentreOfLight> centres(chosen.size());
-    const double variance = footprint_px * footprint_px;
     parallel_for_blocks(
         static_cast<std::size_t>(height), 16, [&](std::size_t begin, std::size_t end) {
             for (std::size_t row = begin; row < end; ++row)
                 for (int x = 0; x < width; ++x) {
                     const int y = static_cast<int>(row);
                     if (!(map.at(x, y).width_s > 0)) continue;
-                    CentreOfLight& centre = centres[row * static_cast<std::size_t>(width) +
-                                                    static_cast<std::size_t>(x)];
-                    for (int axis = 0; axis < 2; ++axis) {
-                        const Slope slope = map.slope(x, y, axis);
-                        centre.shift_px[axis] = static_cast<float>(variance) * slope.value;
-                        centre.sigma_px[axis] = static_cast<float>(variance) * slope.sigma;
-                    }
-                    const auto longest = static_cast<float>(2 * footprint_px);
-                    if (const float length = centre.shift_px.norm(); length > longest)
-                        centre.shift_px *= longest / length;
+                    centres[row * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
+                        centre_at(map, x, y, static_cast<float>(footprint_px));
                 }
         });
     return centres;

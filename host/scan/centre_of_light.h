@@ -17,7 +17,8 @@ struct PixelFootprint {
 /// Where in and about its pixel the light of a pulse came from.
 struct CentreOfLight {
     Eigen::Vector2f shift_px = Eigen::Vector2f::Zero();  ///< from the pixel's middle
-    Eigen::Vector2f sigma_px = Eigen::Vector2f::Zero();  ///< of the shift, by the pulses' noise
+    Eigen::Vector2f sigma_px = Eigen::Vector2f::Zero();  ///< of the shift
+    bool is_partly_lit = false;                          ///< on the border of a surface or shadow
 };
 
 /// Centres of light of the pulses of a swept spacetime map. A pulse over time is timed by the
@@ -29,10 +30,19 @@ struct CentreOfLight {
 /// Opt. Lasers Eng. 112, 2019, meet the same error in fringe projection).
 ///
 /// The gradient comes from up to two neighbours on either side that continue the surface: their s
-/// within two widths of the pulse, same laser and exposure, no warnings. A side without neighbours
-/// leaves a one-sided difference, which falls short of the gradient at the end of a surface.
-/// No shift exceeds 2 f.
+/// within two widths of the pulse, same laser and exposure, no warnings. A side without any leaves
+/// a one-sided difference. No shift exceeds 2 f.
+///
+/// Where a surface ends (two pixels on one side without a pulse or with one more than two widths
+/// away; on the other it goes on) and the pixel is darker than the four inwards lead to expect, by
+/// three standard deviations of the noise and of the steps between those, the border of surface or
+/// shadow runs through it. With the share L of its light left, the
+/// middle of that light is sqrt(3) f (1 - L) inwards: exact for a border along the pixel's side and
+/// a footprint that is the pixel's square alone (f = 1 / sqrt(12), taken where f is not known),
+/// within 9 % for a Gaussian down to L = 0.2. Its sigma is the noise's and a quarter of the shift:
+/// the border may run aslant, and the surface may be darker there.
 /// @param chosen  the pulse of each cell, row-major; nullptr: none
+/// @param footprint_px  f; 0: not known, only what is partly lit moves
 std::vector<CentreOfLight> centres_of_light(std::span<const Pulse* const> chosen, int width,
                                             int height, double footprint_px);
 

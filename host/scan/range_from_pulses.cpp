@@ -237,8 +237,7 @@ std::vector<Merging> merging_cells(const std::vector<std::vector<Candidate>>& fo
     return merging;
 }
 
-/// Moves the chosen candidate of every cell to its centre of light; returns the centres, none where
-/// the footprint is neither given nor to be seen.
+/// Moves the chosen candidate of every cell to its centre of light; returns the centres.
 std::vector<CentreOfLight> move_to_centres_of_light(std::vector<std::vector<Candidate>>& found,
                                                     const PulseMap& pulses,
                                                     const ScannerModel& model,
@@ -251,7 +250,7 @@ std::vector<CentreOfLight> move_to_centres_of_light(std::vector<std::vector<Cand
         options.footprint_px
             ? PixelFootprint{*options.footprint_px, 0}
             : estimate_footprint(chosen, pulses.width, pulses.height).value_or(PixelFootprint{});
-    if (!(footprint.sigma_px > 0)) return {};
+    if (options.footprint_px && !(footprint.sigma_px > 0)) return {};
     auto centres = centres_of_light(chosen, pulses.width, pulses.height, footprint.sigma_px);
     parallel_for_blocks(found.size(), 8192, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -330,6 +329,7 @@ RangeResult range_from_pulses(const PulseMap& pulses, const ScannerModel& model,
                                      make_point(pulses, cell[k], *channel, options)});
         ++statistics.points;
         statistics.contradicted += cell.front().contradicted;
+        statistics.partly_lit += centre.is_partly_lit;
     }
     if (channel) image.kind = channel->axis.kind;
     if (statistics.points > 0) {

@@ -25,7 +25,8 @@ struct RangeOptions {
     bool keep_outside_volume = false;
     /// Swept spacetime: standard deviation of what a pixel sees, px, by which points are moved to
     /// the middle of the light that timed them (centre_of_light.h); 0: they stay on their pixel's
-    /// ray. Not set: as the pulses themselves show it, none if they do not.
+    /// ray. Not set: as the pulses themselves show it; if they do not, those of partly lit pixels
+    /// alone are moved.
     std::optional<double> footprint_px = std::nullopt;
     /// Swept spacetime: the pulses' kPulseGhostSuspected came from two directions of the axis
     /// (compare_directions.h), not from strength alone: it stays.
@@ -46,7 +47,8 @@ struct RangeStatistics {
     std::size_t near_merging = 0;       ///< swept spacetime: cells flagged beside merging pulses
     std::size_t contradicted = 0;       ///< points that the other direction of the axis denies
     std::size_t points = 0;             ///< cells with a point
-    PixelFootprint footprint;           ///< that points were moved by; 0: none
+    PixelFootprint footprint;           ///< that points were moved by; 0: not known
+    std::size_t partly_lit = 0;         ///< points moved into the lit part of their pixel
     double median_sigma_mm = 0;
     double median_systematic_mm = 0;
     std::optional<DirectionComparison> directions;  ///< of the pulses, by who merged the passes

@@ -16,10 +16,11 @@ void expect_ghosts_told(const char* name, const Scene& scene, unsigned seed) {
     const GhostCount& c = scan.count;
     std::printf(
         "%-26s lit %zu, close %zu, right pulse chosen %.4f, without a warning %.4f of those apart; "
-        "points %zu, wrong %zu (%.1e), at edges %zu; flagged %zu; several pulses %zu, turned away "
+        "points %zu, wrong %zu (%.1e), partly lit %zu of them; flagged %zu; several pulses %zu, "
+        "turned away "
         "%zu, ambiguous %zu, near merging %zu\n",
         name, c.lit, c.close, c.chosen_share(), c.right_share(), c.points, c.wrong,
-        static_cast<double>(c.wrong) / static_cast<double>(c.points), c.wrong_at_edges, c.flagged,
+        static_cast<double>(c.wrong) / static_cast<double>(c.points), c.wrong_partly_lit, c.flagged,
         c.several, scan.statistics.turned_away, scan.statistics.ambiguous,
         scan.statistics.near_merging);
     EXPECT_GE(c.points, kFewest);

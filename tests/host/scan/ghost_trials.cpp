@@ -246,10 +246,8 @@ GhostScan scan_ghosts(const Scene& scene, unsigned seed, const RangeOptions& opt
             continue;
         }
         ++count.points;
-        if (wrong && reflected.is_lit_all_over(pixel))
-            ++count.wrong;
-        else
-            count.wrong_at_edges += wrong;
+        count.wrong += wrong;
+        count.wrong_partly_lit += wrong && !reflected.is_lit_all_over(pixel);
         count.right += lit && !wrong;
         count.close_right += close && !wrong;
         scan.fates[i] = wrong ? GhostFate::wrong : GhostFate::right;

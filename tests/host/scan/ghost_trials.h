@@ -52,9 +52,7 @@ struct GhostCount {
     std::size_t flagged = 0;           ///< of all: points with a warning
     std::size_t flagged_right = 0;     ///< of the lit pixels: not wrong, though with a warning
     std::size_t wrong = 0;             ///< of all: points without warnings that are wrong
-    /// The same in pixels of which the sheet itself does not light all: its pulse is that of the
-    /// lit part, an error of edges and not of ghosts.
-    std::size_t wrong_at_edges = 0;
+    std::size_t wrong_partly_lit = 0;  ///< of these: in pixels that the sheet does not light all
     std::size_t points = 0;            ///< of all: points without warnings
     std::size_t several = 0;           ///< cells with more than one pulse before the choice
     /// Of the lit pixels: reflected light has its maximum within 1.5 standard deviations of the

@@ -1,5 +1,6 @@
 #include "host/core/errors.h"
 #include "host/io/camera_toml.h"
+#include "host/io/certificate_keys.h"
 #include "host/io/model_io.h"
 #include "host/io/number_text.h"
 #include "host/io/toml_text.h"
@@ -162,6 +163,8 @@ ScannerModel parse_scanner(const std::string& text, const std::string& name) {
     }
     if (auto table = top.find_table("covariance"))
         model.covariance = read_covariance(std::move(*table), parameter_names(model));
+    // Checked like the rest, but no part of the model: read_certificate() returns it.
+    if (auto table = top.find_table("certificate")) read_certificate_keys(*table);
     top.finish();
     if (const std::string why = validate(model); !why.empty()) throw FileError(name, "", why);
     return model;

@@ -1,0 +1,64 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "calib/predicted_sigma.h"
+#include "calib/scanner_calibration.h"
+
+namespace stria {
+
+/// Two halves of the views, each calibrated on its own, compared.
+struct SplitCheck {
+    std::string how;    ///< "near and far", "inner and outer"
+    bool done = false;  ///< false: a half would have fewer than 4 views
+    int views_a = 0, views_b = 0;
+    double difference_mm = 0;  ///< rms over the volume after the best rigid motion
+    double expected_mm = 0;    ///< what the halves' joint covariance predicts for it
+    double chi_square = 0;
+    int degrees = 0;
+    double p_value = 1;
+};
+
+/// Are the residuals of neighbours on the board independent, as noise would be?
+struct WhitenessCheck {
+    std::size_t pairs = 0;
+    double correlation = 0;  ///< mean product of neighbours' residuals over their mean square
+    double z = 0;            ///< in standard deviations of that mean under independence
+    double p_value = 1;      ///< one-sided: model errors make neighbours alike
+    /// Standard deviation of the part that neighbours share: corners px, stripes in sigmas.
+    double model_error = 0;
+};
+
+struct CrossValidation {
+    std::vector<SplitCheck> splits;
+    WhitenessCheck corners, stripes;
+    double p_value = 1;  ///< smallest of all, times their number (Bonferroni)
+    /// A model error is claimed: p_value below 0.003.
+    bool alarm() const { return p_value < 0.003; }
+};
+
+/// Cross-validation of a finished calibration from the views it was made from. The views are split
+/// by a fixed rule, twice: by the distance of the board's middle from the camera (near half, far
+/// half) and by its distance from the image's centre (inner, outer): a split at random would give
+/// both halves the same model error. Each half is calibrated in first order about the joint
+/// solution (one Gauss-Newton step with the joint problem's rows, poses free, no priors); the
+/// difference of the halves is compared with H_a^-1 + H_b^-1, their joint covariance, in the
+/// directions that both see: chi-square. Besides, residuals of neighbouring corners and of
+/// neighbouring stripe points of a view must be uncorrelated (after the expectation that the fit
+/// itself leaves: minus their entry of the hat matrix).
+///
+/// It cannot see: errors that the fit takes up without a trace (a wrong square size, axis constants
+/// wrong by a common factor, anything that a rigid motion undoes); errors that change sign from one
+/// corner to the next; a drift between calibration and scan; what lies where no view was. Sigmas
+/// must hold and noise must be independent from corner to corner: pictures sharpened or denoised by
+/// a camera's firmware raise the alarm too.
+/// Source: mrcal's cross-validation (two independent sets, diff against uncertainty); Moran 1950
+/// for the correlation of neighbours.
+CrossValidation cross_validate(const std::vector<CornerView>& views, const Board& board,
+                               const ScannerCalibration& solved, int stripe_points_per_view = 250);
+
+/// Evenly chosen pixels and axis positions of the views' pulses that the model triangulates.
+std::vector<VolumeSample> pulse_samples(const std::vector<CornerView>& views,
+                                        const ScannerModel& model, std::size_t most = 300);
+
+}  // namespace stria

@@ -12,6 +12,8 @@ namespace stria::test {
 namespace {
 
 constexpr double kEqualStrength = 1.03;  // ratio up to which two pulses are equally strong
+constexpr double kNoShotNoise = 196;     // gain in the input from which on there is none
+constexpr double kManyElectrons = 1e6;   // a DN, so that light brings no noise
 
 /// Reads numbers off the input; zeros behind its end.
 class Bytes {
@@ -238,7 +240,8 @@ ByteSweep sweep_from_bytes(const std::uint8_t* data, std::size_t size) {
     sweep.options.max_pulse_frames = 4 + bytes.next() % 100;
     sweep.options.history_frames = 4 + bytes.next() % 30;
     sweep.options.max_misfit = bytes.within(0.05, 0.5);
-    sweep.noise = {bytes.within(1, 200), 0, bytes.within(0, 20)};
+    const double gain = bytes.within(1, 200);
+    sweep.noise = {gain < kNoShotNoise ? gain : kManyElectrons, 0, bytes.within(0, 20)};
     sweep.noise.read_noise_e = bytes.within(0, 12) * sweep.noise.gain_e_per_dn;
     lay_out_frames(sweep, bytes);
     const double repeated = bytes.within(0, 0.1), late = bytes.within(0, 0.05);

@@ -13,7 +13,7 @@ namespace stria::test {
 /// bytes a pixel, then single samples:
 ///   options  min_snr 3..12, min_amplitude_dn 0..8, max_pulses_per_cell, max_pulse_frames 4..103,
 ///            history_frames 4..33, max_misfit 0.05..0.5
-///   sensor   gain_e_per_dn 1..200, black_dn 0..20, read noise 0..12 DN
+///   sensor   gain_e_per_dn 1..200 (from 196: no shot noise), black_dn 0..20, read noise 0..12 DN
 ///   frames   width 1..70, height 1..3, number 1..120, jitter 0..0.45 periods, exposure 0.001..1
 ///            periods, seed of the jitter
 ///   faults   share of frames dropped 0..0.1, repeated 0..0.1, late (a time stamp of the past)

@@ -11,23 +11,11 @@ namespace {
 
 constexpr double kMarginMm = 1;
 
-/// Board point (mm) that a pixel sees when the axis is at s; empty if the ray leads away.
-std::optional<Eigen::Vector2d> seen_on_board(const Channel& channel, const Rigid3& board_pose,
-                                             const Eigen::Vector2d& pixel) {
-    const Eigen::Vector3d ray = ray_through(channel.camera, pixel);
-    const Eigen::Vector3d normal = board_pose.rotation.col(2);
-    const double depth = normal.dot(board_pose.translation) / normal.dot(ray);
-    if (!(depth > 0) || !std::isfinite(depth)) return std::nullopt;
-    const Eigen::Vector3d on_board =
-        board_pose.rotation.transpose() * (depth * ray - board_pose.translation);
-    return Eigen::Vector2d(on_board.head<2>());
-}
-
 bool one_colour_around(const Channel& channel, const Rigid3& board_pose,
                        const BoardColours& colours, const Pulse& pulse, StripeMode mode) {
     int low = 255, high = 0;
     const auto take = [&](double du, double dv) {
-        const auto p = seen_on_board(channel, board_pose, {pulse.u + du, pulse.v + dv});
+        const auto p = seen_on_board(channel.camera, board_pose, {pulse.u + du, pulse.v + dv});
         const int colour = p ? colours.at(*p) : 128;
         low = std::min(low, colour);
         high = std::max(high, colour);
@@ -53,6 +41,18 @@ int lattice_step(const PulseMap& pulses, int most) {
 }
 
 }  // namespace
+
+std::optional<Eigen::Vector2d> seen_on_board(const CameraModel& camera,
+                                             const Rigid3& camera_from_board,
+                                             const Eigen::Vector2d& pixel) {
+    const Eigen::Vector3d ray = ray_through(camera, pixel);
+    const Eigen::Vector3d normal = camera_from_board.rotation.col(2);
+    const double depth = normal.dot(camera_from_board.translation) / normal.dot(ray);
+    if (!(depth > 0) || !std::isfinite(depth)) return std::nullopt;
+    const Eigen::Vector3d on_board =
+        camera_from_board.rotation.transpose() * (depth * ray - camera_from_board.translation);
+    return Eigen::Vector2d(on_board.head<2>());
+}
 
 BoardColours::BoardColours(const Board& board) {
     const Eigen::Vector2d size = pattern_size_mm(board);
@@ -119,7 +119,7 @@ std::vector<StripePoint> stripe_points_on_board(const PulseMap& pulses, const Ch
             if (pulse.flags != 0 || !(pulse.sigma > 0)) continue;
             const Rigid3 pose =
                 still ? camera_from_board : board_motion(channel, pulse.s) * camera_from_board;
-            const auto on_board = seen_on_board(channel, pose, {pulse.u, pulse.v});
+            const auto on_board = seen_on_board(channel.camera, pose, {pulse.u, pulse.v});
             if (!on_board || !colours.is_inside(*on_board)) continue;
             if (!one_colour_around(channel, pose, colours, pulse, pulses.mode)) continue;
             const double sigma = pulses.mode == StripeMode::spacetime

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "firmware/core/pulse.h"
@@ -26,6 +27,9 @@ class BoardColours {
     bool is_inside(const Eigen::Vector2d& on_board) const;
     /// 0 black to 255 white; only inside the printed pattern.
     int at(const Eigen::Vector2d& on_board) const;
+    /// Corners (mm) of the rectangle that is_inside() means.
+    const Eigen::Vector2d& min_mm() const { return min_mm_; }
+    const Eigen::Vector2d& max_mm() const { return max_mm_; }
 
   private:
     GreyImage picture_;
@@ -35,6 +39,11 @@ class BoardColours {
 
 /// Every n-th row and column of a map, n the least that leaves no more than about `cells` of them.
 PulseMap thinned(const PulseMap& pulses, int cells);
+
+/// Board point (mm) that a pixel sees; empty if its ray leads away from the board's plane.
+std::optional<Eigen::Vector2d> seen_on_board(const CameraModel& camera,
+                                             const Rigid3& camera_from_board,
+                                             const Eigen::Vector2d& pixel);
 
 /// Motion of the board, fixed to the part, from s = 0 to s, in the camera frame.
 Rigid3 board_motion(const Channel& channel, double s);

@@ -22,6 +22,11 @@ std::vector<std::unique_ptr<Verb>> all_verbs() {
     verbs.push_back(make_mesh_info_verb());
     verbs.push_back(make_mesh_compare_verb());
     verbs.push_back(make_mesh_convert_verb());
+    verbs.push_back(make_verify_sphere_verb());
+    verbs.push_back(make_verify_bar_verb());
+    verbs.push_back(make_verify_plane_verb());
+    verbs.push_back(make_verify_length_verb());
+    verbs.push_back(make_verify_profile_verb());
     verbs.push_back(make_report_verb());
     return verbs;
 }

@@ -24,6 +24,11 @@ std::unique_ptr<Verb> make_fuse_verb();
 std::unique_ptr<Verb> make_mesh_info_verb();
 std::unique_ptr<Verb> make_mesh_compare_verb();
 std::unique_ptr<Verb> make_mesh_convert_verb();
+std::unique_ptr<Verb> make_verify_sphere_verb();
+std::unique_ptr<Verb> make_verify_bar_verb();
+std::unique_ptr<Verb> make_verify_plane_verb();
+std::unique_ptr<Verb> make_verify_length_verb();
+std::unique_ptr<Verb> make_verify_profile_verb();
 std::unique_ptr<Verb> make_report_verb();
 
 }  // namespace stria

@@ -46,6 +46,36 @@ bool algebraic_sphere(std::span<const Eigen::Vector3d> points, const Eigen::Vect
     return true;
 }
 
+/// Gauss-Newton on the distances from the sphere, from `fit` on; the last of the 4 parameters, the
+/// radius, stays where it is unless `free_radius`.
+void refine_sphere(std::span<const Eigen::Vector3d> points, bool free_radius, SphereFit& fit) {
+    constexpr int kRounds = 100;
+    for (int round = 0; round < kRounds && !fit.converged; ++round) {
+        Eigen::Matrix4d normal_matrix = Eigen::Matrix4d::Zero();
+        Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
+        for (const Eigen::Vector3d& point : points) {
+            const Eigen::Vector3d offset = point - fit.centre;
+            const double distance = offset.norm();
+            if (!(distance > 0)) continue;
+            Eigen::Vector4d row;  // of the residual distance - radius
+            row << -offset / distance, free_radius ? -1.0 : 0.0;
+            normal_matrix += row * row.transpose();
+            gradient += row * (distance - fit.radius_mm);
+        }
+        if (!free_radius) normal_matrix(3, 3) = 1;
+        const Eigen::Vector4d step = normal_matrix.ldlt().solve(-gradient);
+        if (!step.allFinite()) break;
+        fit.centre += step.head<3>();
+        fit.radius_mm += step(3);
+        fit.converged = step.norm() < 1e-12 * (1.0 + std::abs(fit.radius_mm));
+    }
+    double sum = 0;
+    for (const Eigen::Vector3d& point : points)
+        sum += std::pow((point - fit.centre).norm() - fit.radius_mm, 2);
+    fit.rms_mm = std::sqrt(sum / static_cast<double>(points.size()));
+    fit.converged = fit.converged && fit.radius_mm > 0;
+}
+
 }  // namespace
 
 PlaneFit fit_plane(std::span<const Eigen::Vector3d> points) {
@@ -70,36 +100,26 @@ PlaneFit fit_plane(std::span<const Eigen::Vector3d> points) {
 
 SphereFit fit_sphere(std::span<const Eigen::Vector3d> points) {
     require_points("fit_sphere", points.size(), 4);
-    constexpr int kRounds = 100;
     SphereFit fit;
-    const Eigen::Vector3d mean = mean_of(points);
-    if (!algebraic_sphere(points, mean, fit.centre, fit.radius_mm)) {
+    if (algebraic_sphere(points, mean_of(points), fit.centre, fit.radius_mm))
+        refine_sphere(points, true, fit);
+    else
+        fit.rms_mm = std::numeric_limits<double>::quiet_NaN();
+    return fit;
+}
+
+SphereFit fit_sphere_of_radius(std::span<const Eigen::Vector3d> points, double radius_mm) {
+    require_points("fit_sphere_of_radius", points.size(), 4);
+    if (!(radius_mm > 0) || !std::isfinite(radius_mm))
+        throw std::invalid_argument("fit_sphere_of_radius: radius_mm " + std::to_string(radius_mm) +
+                                    ", expected above 0");
+    SphereFit fit;
+    if (!algebraic_sphere(points, mean_of(points), fit.centre, fit.radius_mm)) {
         fit.rms_mm = std::numeric_limits<double>::quiet_NaN();
         return fit;
     }
-    for (int round = 0; round < kRounds && !fit.converged; ++round) {
-        Eigen::Matrix4d normal_matrix = Eigen::Matrix4d::Zero();
-        Eigen::Vector4d gradient = Eigen::Vector4d::Zero();
-        for (const Eigen::Vector3d& point : points) {
-            const Eigen::Vector3d offset = point - fit.centre;
-            const double distance = offset.norm();
-            if (!(distance > 0)) continue;
-            Eigen::Vector4d row;  // of the residual distance - radius
-            row << -offset / distance, -1.0;
-            normal_matrix += row * row.transpose();
-            gradient += row * (distance - fit.radius_mm);
-        }
-        const Eigen::Vector4d step = normal_matrix.ldlt().solve(-gradient);
-        if (!step.allFinite()) break;
-        fit.centre += step.head<3>();
-        fit.radius_mm += step(3);
-        fit.converged = step.norm() < 1e-12 * (1.0 + std::abs(fit.radius_mm));
-    }
-    double sum = 0;
-    for (const Eigen::Vector3d& point : points)
-        sum += std::pow((point - fit.centre).norm() - fit.radius_mm, 2);
-    fit.rms_mm = std::sqrt(sum / static_cast<double>(points.size()));
-    fit.converged = fit.converged && fit.radius_mm > 0;
+    fit.radius_mm = radius_mm;
+    refine_sphere(points, false, fit);
     return fit;
 }
 

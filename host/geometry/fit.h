@@ -22,4 +22,8 @@ struct SphereFit {
 /// Geometric least squares (Gauss-Newton from the algebraic fit), at least 4 points.
 SphereFit fit_sphere(std::span<const Eigen::Vector3d> points);
 
+/// The same with the radius given (mm, > 0; std::invalid_argument otherwise): only the centre is
+/// sought, from the algebraic fit's on.
+SphereFit fit_sphere_of_radius(std::span<const Eigen::Vector3d> points, double radius_mm);
+
 }  // namespace stria

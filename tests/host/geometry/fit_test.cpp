@@ -89,5 +89,27 @@ TEST(FitSphere, SaysSoWhenThereIsNoSphere) {
     EXPECT_THROW(fit_sphere(std::vector<Vector3d>(3)), std::invalid_argument);
 }
 
+TEST(FitSphere, OfGivenRadiusFindsTheCentreAlone) {
+    std::mt19937 rng(5);
+    std::normal_distribution<double> n(0.0, 1.0);
+    const Vector3d centre(40, -20, 400);
+    std::vector<Vector3d> points;
+    while (points.size() < 300) {
+        const Vector3d d = Vector3d(n(rng), n(rng), n(rng)).normalized();
+        if (d.z() < -0.5) points.push_back(centre + 15.0 * d);
+    }
+    const SphereFit exact = fit_sphere_of_radius(points, 15.0);
+    ASSERT_TRUE(exact.converged);
+    EXPECT_LT((exact.centre - centre).norm(), 1e-9);  // mm, rounding at 400 mm
+    EXPECT_LT(exact.rms_mm, 1e-9);
+    // Given 0.1 more, residuals |p - c| - r vanish on average where sum of n_z (n_z d - 0.1) does:
+    // d = 0.1 <n_z> / <n_z^2> = 0.1 (3/4) / (7/12) for n_z even over 0.5 .. 1.
+    const SphereFit larger = fit_sphere_of_radius(points, 15.1);
+    EXPECT_EQ(larger.radius_mm, 15.1);
+    EXPECT_NEAR(larger.centre.z() - centre.z(), 0.1 * 9 / 7, 0.01);
+    EXPECT_THROW(fit_sphere_of_radius(points, 0), std::invalid_argument);
+    EXPECT_THROW(fit_sphere_of_radius(std::vector<Vector3d>(3), 1), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace stria

@@ -1,0 +1,134 @@
+#include "host/cli/verify_pictures.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "host/render/plot.h"
+#include "host/render/range_picture.h"
+
+namespace stria {
+namespace {
+
+/// The cells of a grid blown up to whole squares of pixels.
+ColourImage enlarged(const ColourImage& small, int factor) {
+    ColourImage large(small.width * factor, small.height * factor, 3);
+    for (int y = 0; y < large.height; ++y)
+        for (int x = 0; x < large.width; ++x)
+            for (int c = 0; c < 3; ++c) large.at(x, y, c) = small.at(x / factor, y / factor, c);
+    return large;
+}
+
+}  // namespace
+
+ColourImage scattered_picture(const std::vector<Eigen::Vector2d>& places,
+                              const std::vector<float>& values, const ColourScale& scale,
+                              int side_px) {
+    // Three points a cell, so that few cells of the surface stay empty.
+    const int cells =
+        std::clamp(static_cast<int>(std::sqrt(static_cast<double>(places.size()) / 3)), 8, side_px);
+    const auto count = static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells);
+    std::vector<float> sums(count, 0.0F);
+    std::vector<int> counts(count, 0);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const int x = std::clamp(static_cast<int>(places[i].x() * cells), 0, cells - 1);
+        const int y = std::clamp(static_cast<int>(places[i].y() * cells), 0, cells - 1);
+        const auto cell = static_cast<std::size_t>(y * cells + x);
+        sums[cell] += values[i];
+        ++counts[cell];
+    }
+    std::vector<std::uint8_t> mask(count, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (counts[i] == 0) continue;
+        mask[i] = 1;
+        sums[i] /= static_cast<float>(counts[i]);
+    }
+    const ColourImage small = picture_of_values(cells, cells, sums, mask, scale, side_px);
+    return enlarged(small, (side_px + cells - 1) / cells);
+}
+
+ColourImage residual_map(const MeasuredSphere& sphere, const ColourScale& scale) {
+    const Eigen::Vector3d& middle = sphere.middle;
+    const Eigen::Vector3d up =
+        std::abs(middle.y()) < 0.9 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d right = up.cross(middle).normalized();
+    const Eigen::Vector3d above = middle.cross(right);
+    std::vector<Eigen::Vector2d> places;
+    std::vector<float> values;
+    for (std::size_t i = 0; i < sphere.points.positions.size(); ++i) {
+        const Eigen::Vector3d n = (sphere.points.positions[i] - sphere.centre).normalized();
+        const Eigen::Vector2d across(n.dot(right), -n.dot(above));
+        const double angle = std::atan2(across.norm(), n.dot(middle));
+        const double stretch = angle / (2 * sphere.cap_rad * std::max(across.norm(), 1e-12));
+        places.emplace_back(Eigen::Vector2d::Constant(0.5) + stretch * across);
+        values.push_back(static_cast<float>(1000 * sphere.form.residuals_mm[i]));
+    }
+    return scattered_picture(places, values, scale);
+}
+
+void add_residuals(const FormFigures& form, std::vector<float>& residuals_um) {
+    for (const double r : form.residuals_mm) residuals_um.push_back(static_cast<float>(1000 * r));
+}
+
+ColourScale residual_scale(const std::vector<float>& residuals_um) {
+    return symmetric_scale(residuals_um, 0.98, "residual, outside positive", "um");
+}
+
+ReportDrawing residual_histogram(const std::vector<const FormFigures*>& forms) {
+    const bool predicted = std::all_of(forms.begin(), forms.end(), [](const FormFigures* f) {
+        return std::isfinite(f->predicted_sigma_mm);
+    });
+    Histogram histogram;
+    histogram.x = {predicted ? "residual over the predicted standard deviation"
+                             : "residual over the measured standard deviation",
+                   "", false};
+    for (const FormFigures* form : forms)
+        for (std::size_t i = 0; i < form->residuals_mm.size(); ++i)
+            histogram.values.push_back(form->residuals_mm[i] /
+                                       (predicted ? form->point_sigmas_mm[i] : form->sigma_mm));
+    histogram.low = -6;
+    histogram.high = 6;
+    histogram.normal_sigma = 1;
+    histogram.normal_name = predicted ? "as predicted" : "normal";
+    return {"All measured points of all positions, rejected ones too", histogram_svg(histogram)};
+}
+
+ReportDrawing by_position(const std::string& caption, const std::string& label,
+                          const std::vector<double>& measured_mm,
+                          const std::vector<double>& expected_mm) {
+    LinePlot plot;
+    plot.x = {"position", "", false};
+    plot.y = {label, "um", false};
+    PlotSeries measured{"measured", {}, {}, true}, expected{"from noise alone", {}, {}, true};
+    for (std::size_t i = 0; i < measured_mm.size(); ++i) {
+        measured.x.push_back(static_cast<double>(i + 1));
+        measured.y.push_back(1000 * measured_mm[i]);
+        if (i >= expected_mm.size() || !std::isfinite(expected_mm[i])) continue;
+        expected.x.push_back(static_cast<double>(i + 1));
+        expected.y.push_back(1000 * expected_mm[i]);
+    }
+    plot.series = {measured};
+    if (!expected.x.empty()) plot.series.push_back(expected);
+    return {caption, line_plot_svg(plot)};
+}
+
+std::vector<ReportBlock> places_in_volume(const std::vector<Eigen::Vector3d>& places) {
+    std::vector<ReportBlock> drawings;
+    for (const int axis : {1, 2}) {
+        LinePlot plot;
+        plot.x = {"x in the scan", "mm", false};
+        plot.y = {axis == 1 ? "y in the scan" : "z in the scan", "mm", false};
+        PlotSeries dots{"", {}, {}, true};
+        for (const Eigen::Vector3d& p : places) {
+            dots.x.push_back(p.x());
+            dots.y.push_back(p[axis]);
+        }
+        plot.series = {dots};
+        drawings.push_back(ReportDrawing{
+            axis == 1 ? "Where the artefact stood, x and y" : "Where the artefact stood, x and z",
+            line_plot_svg(plot)});
+    }
+    return drawings;
+}
+
+}  // namespace stria

@@ -1,0 +1,37 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "host/report/report.h"
+#include "host/verify/probing.h"
+#include "host/verify/residuals.h"
+
+/// Pictures and drawings of the verification pages.
+namespace stria {
+
+/// Values at places of the unit square, as a picture about `side_px` wide whose cells are as large
+/// as the number of places allows; empty cells are white.
+ColourImage scattered_picture(const std::vector<Eigen::Vector2d>& places,
+                              const std::vector<float>& values, const ColourScale& scale,
+                              int side_px = 240);
+
+/// A sphere's residuals as seen along the middle of the measured part, the angle from it as radius.
+ColourImage residual_map(const MeasuredSphere& sphere, const ColourScale& scale);
+
+/// Appends a fit's residuals in micrometres; the scale that suits those of all maps of a page.
+void add_residuals(const FormFigures& form, std::vector<float>& residuals_um);
+ColourScale residual_scale(const std::vector<float>& residuals_um);
+
+/// Residuals over the standard deviation that each point states, or where none is known over the
+/// one measured, with the normal distribution.
+ReportDrawing residual_histogram(const std::vector<const FormFigures*>& forms);
+
+/// A characteristic at every position as dots, beside what is expected of it (NaN: not known).
+ReportDrawing by_position(const std::string& caption, const std::string& label,
+                          const std::vector<double>& measured_mm,
+                          const std::vector<double>& expected_mm);
+
+/// Where the artefact stood: two drawings of positions in mm, x over y and x over z.
+std::vector<ReportBlock> places_in_volume(const std::vector<Eigen::Vector3d>& places);
+
+}  // namespace stria

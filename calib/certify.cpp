@@ -3,10 +3,10 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "calib/coach.h"
 #include "calib/point_moves.h"
+#include "host/core/short_number.h"
 
 namespace stria {
 namespace {
@@ -18,27 +18,23 @@ constexpr double kTruenessMatters = 5e-5;    ///< of the volume's diagonal
 constexpr double kDifferenceMatters = 1e-4;  ///< likewise, between halves
 constexpr double kModelErrorMattersPx = 0.1;
 
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
-
 void judge_check(const HeldOutCheck& check, double diagonal_mm, std::vector<std::string>& reasons) {
     if (check.corner_rms > kMostHeldOutRms)
-        reasons.push_back("corners of the held-out views lie " + number(check.corner_rms) +
+        reasons.push_back("corners of the held-out views lie " + short_number(check.corner_rms, 3) +
                           " times as far off as the calibration's own (limit " +
-                          number(kMostHeldOutRms) + ")");
+                          short_number(kMostHeldOutRms, 3) + ")");
     if (check.stripe_rms > kMostHeldOutRms)
-        reasons.push_back("stripe points of the held-out views lie " + number(check.stripe_rms) +
+        reasons.push_back("stripe points of the held-out views lie " +
+                          short_number(check.stripe_rms, 3) +
                           " times as far off as the calibration's own (limit " +
-                          number(kMostHeldOutRms) + ")");
+                          short_number(kMostHeldOutRms, 3) + ")");
     const bool too_far = check.trueness_mm > kMostTruenessRatio * check.expected_trueness_mm ||
                          check.p_value < kLeastScoreP;
     if (too_far && check.trueness_mm > kTruenessMatters * diagonal_mm)
-        reasons.push_back("points on the held-out boards are off by " + number(check.trueness_mm) +
-                          " mm where " + number(check.expected_trueness_mm) +
-                          " mm is expected (p " + number(check.p_value) + ")");
+        reasons.push_back("points on the held-out boards are off by " +
+                          short_number(check.trueness_mm, 3) + " mm where " +
+                          short_number(check.expected_trueness_mm, 3) + " mm is expected (p " +
+                          short_number(check.p_value, 3) + ")");
 }
 
 void judge_halves(const CrossValidation& halves, double diagonal_mm,
@@ -47,12 +43,14 @@ void judge_halves(const CrossValidation& halves, double diagonal_mm,
     for (const SplitCheck& split : halves.splits)
         if (split.done && split.difference_mm > kDifferenceMatters * diagonal_mm)
             reasons.push_back("halves of the views (" + split.how + ") differ by " +
-                              number(split.difference_mm) + " mm where " +
-                              number(split.expected_mm) + " mm is expected (p " +
-                              number(halves.p_value) + "): the model does not fit the machine");
+                              short_number(split.difference_mm, 3) + " mm where " +
+                              short_number(split.expected_mm, 3) + " mm is expected (p " +
+                              short_number(halves.p_value, 3) +
+                              "): the model does not fit the machine");
     if (halves.corners.model_error > kModelErrorMattersPx)
-        reasons.push_back("corners share a model error of " + number(halves.corners.model_error) +
-                          " px (p " + number(halves.p_value) +
+        reasons.push_back("corners share a model error of " +
+                          short_number(halves.corners.model_error, 3) + " px (p " +
+                          short_number(halves.p_value, 3) +
                           "): the lens model does not fit, or the board is bent");
 }
 

@@ -3,22 +3,16 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <cstdio>
 
 #include "calib/point_moves.h"
 #include "host/core/errors.h"
+#include "host/core/short_number.h"
 
 namespace stria {
 namespace {
 
 constexpr double kTiltsRad[] = {0.45, 0.75};  ///< 26 and 43 deg: corners stand that
 constexpr int kMostStripes = 100;             ///< of a measured view: more only costs time
-
-std::string number(double value, int digits) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.*g", digits, value);
-    return text;
-}
 
 /// Rotation vectors: facing the camera, and to four sides.
 std::vector<Eigen::Vector3d> tilts() {
@@ -52,7 +46,7 @@ void Coach::follow(const ScannerModel& better) {
                                        options_.plan.sweep_to, options_.near_mm, options_.far_mm);
     if (samples.size() < 4)
         throw Error("the laser's sheet does not meet the camera's field between " +
-                    number(options_.near_mm, 4) + " and " + number(options_.far_mm, 4) +
+                    short_number(options_.near_mm) + " and " + short_number(options_.far_mm) +
                     " mm during the sweep: expected a drawing and a plan that fit the machine");
     moves_ = point_moves(model_, modes_, samples);
 }
@@ -135,15 +129,15 @@ CoachAdvice Coach::advise() const {
     }
     if (best < 0)
         throw Error("no placement of board " + to_string(board_) + " between " +
-                    number(options_.near_mm, 4) + " and " + number(options_.far_mm, 4) +
+                    short_number(options_.near_mm) + " and " + short_number(options_.far_mm) +
                     " mm shows 60 % of its corners and the stripe: expected a board that fits the "
                     "image, or a plan whose pictures all see it");
     advice.sigma_then_mm = std::sqrt(best / points);
     advice.text =
         "hold the board " +
         describe_placement(model_.channels.front().camera, board_, advice.camera_from_board) +
-        ". A point is known to " + number(advice.sigma_now_mm, 2) + " mm so far, then to " +
-        number(advice.sigma_then_mm, 2) + " mm; weakest: " + advice.weakest;
+        ". A point is known to " + short_number(advice.sigma_now_mm, 2) + " mm so far, then to " +
+        short_number(advice.sigma_then_mm, 2) + " mm; weakest: " + advice.weakest;
     return advice;
 }
 

@@ -9,6 +9,7 @@
 #include "calib/pose_covariance.h"
 #include "calib/sheet_fit.h"
 #include "host/core/errors.h"
+#include "host/core/short_number.h"
 
 namespace stria {
 namespace {
@@ -29,12 +30,6 @@ struct Crossing {
         return camera_from_board * Eigen::Vector3d(on_board.x(), on_board.y(), 0);
     }
 };
-
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
 
 StripeLine clearest_line(const std::vector<std::vector<StripePeak>>& peaks,
                          const CameraModel& camera, const Rigid3& pose,
@@ -60,7 +55,7 @@ std::optional<Crossing> crossing_of(const SheetView& view, const Board& board,
     }
     const double rms = view_rms_px(camera, *pose, view.corners, board);
     if (!(rms <= kWorstPoseRmsPx)) {
-        why = "wrong board or camera: the corners lie " + number(rms) +
+        why = "wrong board or camera: the corners lie " + short_number(rms, 3) +
               " px (rms) from where the camera would see those of " + to_string(board);
         return std::nullopt;
     }
@@ -127,12 +122,12 @@ void refuse_degenerate(const std::vector<SheetLine>& lines, const SheetFit& shee
     const double spread = spread_across_mm(lines), turn = turn_sigma(sheet.covariance);
     if (spread < kLeastSpread * distance || turn > kLoosestTurnRad)
         throw Error("the stripes of all " + std::to_string(lines.size()) +
-                    " views lie nearly on one line (spread " + number(spread) +
-                    " mm across it at " + number(distance) +
+                    " views lie nearly on one line (spread " + short_number(spread, 3) +
+                    " mm across it at " + short_number(distance, 3) +
                     " mm), about which the sheet can turn: hold the board nearer and farther, over "
                     "a third of the distance or more");
     if (std::asin(std::min(1.0, nearest)) < kLeastAngleRad)
-        throw Error("the sheet passes " + number(sheet.offset_mm) +
+        throw Error("the sheet passes " + short_number(sheet.offset_mm, 3) +
                     " mm from the camera's centre: the camera looks along it and sees the same "
                     "stripe at every distance; move the laser away from the camera");
 }
@@ -160,7 +155,7 @@ void drop_far_off(std::vector<Crossing>& crossings, std::vector<SheetLine>& line
         const double rms =
             std::sqrt(sum_of_squares(crossings[i], sheet) / static_cast<double>(points.size()));
         views[crossings[i].view].rejected =
-            "its stripe lies " + number(rms) +
+            "its stripe lies " + short_number(rms, 3) +
             " mm from the sheet of the other views: did board, camera or laser move?";
         crossings.erase(crossings.begin() + static_cast<std::ptrdiff_t>(i));
         lines.erase(lines.begin() + static_cast<std::ptrdiff_t>(i));

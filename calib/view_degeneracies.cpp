@@ -1,12 +1,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "calib/axis_start.h"
 #include "calib/camera_calibration.h"
 #include "calib/degeneracies.h"
 #include "calib/stripe_points.h"
+#include "host/core/short_number.h"
 
 namespace stria {
 namespace {
@@ -18,12 +18,6 @@ constexpr double kScaleTolerance = 0.02;   ///< of a rail or table, with the nom
 constexpr double kMirrorTolerance = 0.15;  ///< its axis may be 10 mm off
 constexpr double kRatioTolerance = 0.03;
 constexpr int kStripePoints = 200;  ///< a view
-
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", value);
-    return text;
-}
 
 /// Views with their boards, as the nominal camera sees them.
 struct Examined {
@@ -117,16 +111,16 @@ std::optional<DegeneracyFinding> judge_moved_scale(const Examined& all, const Bo
     const bool table = all.channel.axis.kind == MachineKind::turntable;
     if (table || is_step_ratio(scale))
         return DegeneracyFinding{Degeneracy::axis_constant, true,
-                                 std::string("the board moved ") + number(scale) +
+                                 std::string("the board moved ") + short_number(scale) +
                                      " times as far as the axis says: check the " +
                                      (table ? "steps per turn" : "steps per mm") +
                                      " of the axis (gear, microsteps)"};
     return DegeneracyFinding{
         Degeneracy::square_size, true,
-        "the board moved " + number(scale) +
+        "the board moved " + short_number(scale) +
             " times as far as the rail says: its squares were "
             "stated as " +
-            number(board.pitch_mm) + " mm, " + number(board.pitch_mm / scale) +
+            short_number(board.pitch_mm) + " mm, " + short_number(board.pitch_mm / scale) +
             " mm would fit the rail; measure the print (printed at 100 %?), then the rail's steps "
             "per mm"};
 }
@@ -157,13 +151,13 @@ std::optional<DegeneracyFinding> judge_mirror(const Channel& channel,
     if (*high - *low < 0.035)
         return DegeneracyFinding{Degeneracy::narrow_sweep, false,
                                  "the stripe met the boards over " +
-                                     number((*high - *low) * 57.29577951) +
+                                     short_number((*high - *low) * 57.29577951) +
                                      " deg of the mirror's turn only: bring the board to both "
                                      "sides of the image"};
     const double scale = std::abs(across / squares) / 2;
     if (std::abs(scale - 1) < kMirrorTolerance) return std::nullopt;
     return DegeneracyFinding{Degeneracy::axis_constant, true,
-                             "the stripe turned " + number(scale) +
+                             "the stripe turned " + short_number(scale) +
                                  " times as far as the mirror says: s is the mirror's mechanical "
                                  "angle (the beam turns twice that); check its unit and gain"};
 }

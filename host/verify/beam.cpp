@@ -2,21 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
 #include "host/core/errors.h"
+#include "host/core/short_number.h"
 
 namespace stria {
 namespace {
 
 using Eigen::Vector3d;
-
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", value);
-    return text;
-}
 
 /// Distance of the i-th centre from the first at 20 degrees or as stated; of the first itself 0.
 CalibratedLength place_of(const Artefact& artefact, std::size_t i) {
@@ -40,7 +34,7 @@ std::vector<FoundSphere> find_all(const ScanPoints& scan, const Artefact& artefa
         found.pop_back();
     if (found.size() != wanted)
         throw Error("found " + std::to_string(found.size()) + " spheres of about " +
-                    number(search.least_diameter_mm) + " mm, the artefact has " +
+                    short_number(search.least_diameter_mm) + " mm, the artefact has " +
                     std::to_string(wanted));
     return found;
 }
@@ -73,8 +67,8 @@ void check_places(const std::vector<FoundSphere>& spheres, const Artefact& artef
         const double distance = (spheres[i].centre - spheres[0].centre).norm();
         const double calibrated = place_of(artefact, i).mm;
         if (std::abs(distance - calibrated) > 0.02 * calibrated)
-            throw Error("sphere " + std::to_string(i + 1) + " is " + number(distance) +
-                        " mm from the first, the artefact's " + number(calibrated) +
+            throw Error("sphere " + std::to_string(i + 1) + " is " + short_number(distance) +
+                        " mm from the first, the artefact's " + short_number(calibrated) +
                         " mm: another artefact?");
     }
 }

@@ -3,21 +3,15 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "host/core/errors.h"
+#include "host/core/short_number.h"
 #include "host/geometry/fit.h"
 
 namespace stria {
 namespace {
 
 using Eigen::Vector3d;
-
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", value);
-    return text;
-}
 
 std::vector<double> distances_from(const SphereFit& fit, const std::vector<Vector3d>& points) {
     std::vector<double> residuals;
@@ -110,12 +104,13 @@ MeasuredSphere measure_sphere(const ScanPoints& scan, const SphereRegion& region
 void check_found(const FoundSphere& found, double calibrated_diameter_mm) {
     const double diameter = 2 * found.radius_mm;
     if (std::abs(diameter - calibrated_diameter_mm) > 0.05 * calibrated_diameter_mm)
-        throw Error("found a sphere of diameter " + number(diameter) + " mm, the artefact's is " +
-                    number(calibrated_diameter_mm) + " mm: another artefact, or another unit?");
+        throw Error("found a sphere of diameter " + short_number(diameter) +
+                    " mm, the artefact's is " + short_number(calibrated_diameter_mm) +
+                    " mm: another artefact, or another unit?");
     if (found.sigma_mm > 0.01 * found.radius_mm)
-        throw Error("the points scatter by " + number(found.sigma_mm) +
+        throw Error("the points scatter by " + short_number(found.sigma_mm) +
                     " mm (one standard deviation) about the sphere of diameter " +
-                    number(diameter) + " mm: expected at most a hundredth of its radius");
+                    short_number(diameter) + " mm: expected at most a hundredth of its radius");
 }
 
 ProbingPosition probe_sphere(const ScanPoints& scan, const Artefact& artefact,
@@ -126,11 +121,11 @@ ProbingPosition probe_sphere(const ScanPoints& scan, const Artefact& artefact,
     search.most = 2;
     const std::vector<FoundSphere> found = find_spheres(scan, search, rng);
     if (found.empty())
-        throw Error("found no sphere of about " + number(diameter.mm) + " mm in " +
+        throw Error("found no sphere of about " + short_number(diameter.mm) + " mm in " +
                     std::to_string(scan.positions.size()) + " points");
     check_found(found[0], diameter.mm);
     if (found.size() > 1 && std::abs(2 * found[1].radius_mm - diameter.mm) < 0.05 * diameter.mm)
-        throw Error("found two spheres of about " + number(diameter.mm) +
+        throw Error("found two spheres of about " + short_number(diameter.mm) +
                     " mm, expected one: cut the scan, or is it a ball bar?");
     ProbingPosition position;
     position.sphere = measure_sphere(scan, sphere_region(scan, found[0], options));

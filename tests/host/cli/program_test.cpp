@@ -7,58 +7,43 @@
 #include <vector>
 
 #include "host/cli/command.h"
-#include "host/cli/run.h"
 #include "host/core/errors.h"
 #include "host/io/whole_file.h"
+#include "tests/host/cli/run_stria.h"
 #include "tests/host/io/temporary_folder.h"
 
 namespace stria {
 namespace {
 
-/// Exit code and what was printed.
-struct Ended {
-    int code;
-    std::string out, err;
-};
-
-Ended run(const std::vector<std::string>& arguments) {
-    std::vector<const char*> argv = {"stria"};
-    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    const int code = run_program(static_cast<int>(argv.size()), argv.data());
-    return {code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
-}
-
-bool has(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-}
+using test_support::Ended;
+using test_support::has;
+using test_support::run_stria;
 
 TEST(Program, HelpAndVersionEndWithZero) {
-    const Ended version = run({"--version"});
+    const Ended version = run_stria({"--version"});
     EXPECT_EQ(version.code, 0);
     EXPECT_EQ(version.out.find("stria "), 0U);
-    const Ended help = run({"--help"});
+    const Ended help = run_stria({"--help"});
     EXPECT_EQ(help.code, 0);
     for (const char* verb : {"mesh", "register", "fuse"}) EXPECT_TRUE(has(help.out, verb)) << verb;
-    const Ended nested = run({"mesh", "convert", "--help"});
+    const Ended nested = run_stria({"mesh", "convert", "--help"});
     EXPECT_EQ(nested.code, 0);
     for (const char* option : {"--out", "--json", "--force", "--unit", "--threads"})
         EXPECT_TRUE(has(nested.out, option)) << option;
 }
 
 TEST(Program, UsageErrorsEndWithTwo) {
-    EXPECT_EQ(run({}).code, 2);
-    EXPECT_EQ(run({"nonsense"}).code, 2);
-    EXPECT_EQ(run({"mesh"}).code, 2);
-    EXPECT_EQ(run({"mesh", "info"}).code, 2);
-    EXPECT_EQ(run({"mesh", "info", "a.ply", "--nonsense"}).code, 2);
-    EXPECT_EQ(run({"mesh", "info", "a.ply", "--unit", "ft"}).code, 2);
-    EXPECT_EQ(run({"mesh", "info", "a.ply", "--threads", "-1"}).code, 2);
+    EXPECT_EQ(run_stria({}).code, 2);
+    EXPECT_EQ(run_stria({"nonsense"}).code, 2);
+    EXPECT_EQ(run_stria({"mesh"}).code, 2);
+    EXPECT_EQ(run_stria({"mesh", "info"}).code, 2);
+    EXPECT_EQ(run_stria({"mesh", "info", "a.ply", "--nonsense"}).code, 2);
+    EXPECT_EQ(run_stria({"mesh", "info", "a.ply", "--unit", "ft"}).code, 2);
+    EXPECT_EQ(run_stria({"mesh", "info", "a.ply", "--threads", "-1"}).code, 2);
 }
 
 TEST(Program, FailuresEndWithOneAndSayWhy) {
-    const Ended ended = run({"mesh", "info", "/nowhere/a.ply", "--json"});
+    const Ended ended = run_stria({"mesh", "info", "/nowhere/a.ply", "--json"});
     EXPECT_EQ(ended.code, 1);
     EXPECT_EQ(ended.out, "");
     EXPECT_TRUE(has(ended.err, "stria mesh info: /nowhere/a.ply: cannot open")) << ended.err;
@@ -67,7 +52,7 @@ TEST(Program, FailuresEndWithOneAndSayWhy) {
 TEST(Program, JsonStandsAloneOnStdout) {
     const TemporaryFolder folder;
     write_whole_file(folder / "a.obj", "v 0 0 0\nv 3 0 0\nv 0 4 0\nf 1 2 3\n");
-    const Ended ended = run({"mesh", "info", folder / "a.obj", "--json"});
+    const Ended ended = run_stria({"mesh", "info", folder / "a.obj", "--json"});
     EXPECT_EQ(ended.code, 0);
     EXPECT_EQ(ended.out.front(), '{');
     EXPECT_EQ(ended.out.substr(ended.out.size() - 2), "}\n");

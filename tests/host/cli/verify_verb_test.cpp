@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "host/cli/artefact_toml.h"
-#include "host/cli/run.h"
 #include "host/io/mesh_io.h"
 #include "host/io/range_io.h"
 #include "host/io/whole_file.h"
+#include "tests/host/cli/run_stria.h"
 #include "tests/host/io/temporary_folder.h"
 #include "tests/host/verify/synthetic_range.h"
 
@@ -17,24 +17,13 @@ namespace stria {
 namespace {
 
 using Eigen::Vector3d;
+using test_support::Ended;
+using test_support::has;
 using test_support::SyntheticRange;
 
-struct Ended {
-    int code;
-    std::string out, err;
-};
-
-Ended verify(const std::vector<std::string>& arguments) {
-    std::vector<const char*> argv = {"stria", "verify"};
-    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    const int code = run_program(static_cast<int>(argv.size()), argv.data());
-    return {code, testing::internal::GetCapturedStdout(), testing::internal::GetCapturedStderr()};
-}
-
-bool has(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
+Ended verify(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "verify");
+    return test_support::run_stria(arguments);
 }
 
 /// The number after "key": at its first place in the text.

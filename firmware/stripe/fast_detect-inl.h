@@ -146,6 +146,8 @@ class Block {
         const D8 d;
         const V8 one = hn::Set(d, 1), zero = hn::Zero(d);
         V8 age = hn::Load(d, planes_.age + x_), quiet = hn::Load(d, planes_.quiet + x_);
+        V8 waiting = hn::Load(d, planes_.waiting + x_), end = hn::Load(d, planes_.waiting_end + x_);
+        auto closed = hn::Ne(zero, zero);  // windows that wait since this batch
         const auto longest =
             hn::Set(d, static_cast<std::uint8_t>(std::min(limits_.max_pulse_frames, 255)));
         const auto history =
@@ -161,13 +163,29 @@ class Block {
             const V8 tail = hn::Min(hn::Add(hn::ShiftRight<1>(last), hn::Set(d, 4)), history);
             const auto ended =
                 hn::AndNot(hn::Or(above, too_long), hn::And(lit, at_least(quiet, tail)));
-            if (HWY_UNLIKELY(!hn::AllFalse(d, too_long))) start_anew(too_long, rows[k] + offset);
-            if (HWY_UNLIKELY(!hn::AllFalse(d, ended))) report(ended, last, k);
+            if (HWY_UNLIKELY(!hn::AllFalse(d, too_long))) {
+                keep_levels(closed);
+                closed = hn::Ne(zero, zero);
+                start_anew(too_long, rows[k] + offset);
+            }
+            // Not asked first whether any has ended: that is as often wrongly guessed.
+            const auto number = static_cast<std::uint8_t>(number_ + k + 1);
+            const auto taken = hn::And(ended, hn::Ne(waiting, zero));
+            if (HWY_UNLIKELY(!hn::AllFalse(d, taken))) report(taken, last, number);
+            const auto free = hn::AndNot(taken, ended);
+            waiting = hn::IfThenElse(free, hn::Add(last, one), waiting);
+            end = hn::IfThenElse(free, hn::Set(d, number), end);
+            closed = hn::Or(closed, free);
             age = hn::IfThenZeroElse(hn::Or(too_long, ended), age);
         }
         hn::Store(age, d, planes_.age + x_);
         hn::Store(quiet, d, planes_.quiet + x_);
-        flag(age);
+        if (!hn::AllFalse(d, hn::Ne(waiting, zero))) {
+            hn::Store(waiting, d, planes_.waiting + x_);
+            hn::Store(end, d, planes_.waiting_end + x_);
+            keep_levels(closed);
+        }
+        flag(age, waiting);
     }
 
   private:
@@ -180,30 +198,29 @@ class Block {
         hn::Store(hn::IfThenZeroElse(which, low), d, planes_.background_low + x_);
     }
 
-    HWY_INLINE void flag(V8 age) const {
-        alignas(kPadding) std::uint8_t ages[kPadding];
+    HWY_INLINE void flag(V8 age, V8 waiting) const {
+        alignas(kPadding) std::uint8_t ages[kPadding], waits[kPadding];
         const int lanes = static_cast<int>(hn::Lanes(D8()));
         hn::Store(age, D8(), ages);
+        hn::Store(waiting, D8(), waits);
         for (int i = 0; i < lanes; i += kLanes) {
             planes_.lower(x_ + i, kOpen);
             if (any_of_lanes(ages + i)) planes_.raise(x_ + i, kOpen);
+            if (any_of_lanes(waits + i)) planes_.raise(x_ + i, kWaiting);
         }
     }
 
-    HWY_NOINLINE void report(hn::Mask<D8> ended, V8 last, int k) const {
+    /// Backgrounds and thresholds of windows that wait from now on.
+    HWY_INLINE void keep_levels(hn::Mask<D8> closed) const {
         const D8 d;
-        const auto end = static_cast<std::uint8_t>(number_ + k + 1);
-        const V8 waiting = hn::Load(d, planes_.waiting + x_);
-        const auto taken = hn::And(ended, hn::Ne(waiting, hn::Zero(d)));
-        const auto free = hn::AndNot(taken, ended);
-        put(hn::Add(last, hn::Set(d, 1)), free, planes_.waiting);
-        put(hn::Set(d, end), free, planes_.waiting_end);
-        put(hn::Load(d, planes_.background_high + x_), free, planes_.waiting_high);
-        put(hn::Load(d, planes_.background_low + x_), free, planes_.waiting_low);
-        put(threshold_, free, planes_.waiting_threshold);
-        for (int i = 0; i < static_cast<int>(hn::Lanes(d)); i += kLanes)
-            if (any_of_lanes(planes_.waiting + x_ + i)) planes_.raise(x_ + i, kWaiting);
-        if (HWY_LIKELY(hn::AllFalse(d, taken))) return;
+        put(hn::Load(d, planes_.background_high + x_), closed, planes_.waiting_high);
+        put(hn::Load(d, planes_.background_low + x_), closed, planes_.waiting_low);
+        put(threshold_, closed, planes_.waiting_threshold);
+    }
+
+    /// Windows that closed before the frame of that number while others of their pixels wait.
+    HWY_NOINLINE void report(hn::Mask<D8> taken, V8 last, std::uint8_t end) const {
+        const D8 d;
         alignas(kPadding) std::uint8_t lasts[kPadding];
         std::uint64_t bits = 0;
         std::array<std::uint8_t, 8> bytes{};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 
 #include "firmware/stripe/gaussian_fit.h"
@@ -16,7 +17,7 @@ constexpr float kWideGap = 1.5f, kGapWidths = 1.5f;
 constexpr std::uint32_t kAllLanes = (1u << kLanes) - 1u;
 static_assert(kSampleBins == std::tuple_size_v<SampleHistogram>);
 
-TimeNs rounded(double ns) { return static_cast<TimeNs>(ns + (ns < 0 ? -0.5 : 0.5)); }
+TimeNs rounded(double ns) { return static_cast<TimeNs>(ns + std::copysign(0.5, ns)); }
 
 bool is_empty(const GroupWindows& group, int lane) { return group.begin[lane] == group.end[lane]; }
 
@@ -72,6 +73,11 @@ FrameTable::FrameTable(const FrameStore& frames, double period_ns) : first_(fram
     for (std::size_t i = 0; i < count; ++i)
         intervals_.push_back(static_cast<float>(
             0.5 * (times_[std::min(i + 1, count - 1)] - times_[i > 0 ? i - 1 : 0])));
+    relative_.reserve(count * count);
+    for (const double middle : times_)
+        for (const double time : times_) relative_.push_back(static_cast<float>(time - middle));
+    for (std::size_t i = 1; i < count; ++i)
+        widest_gap_ = std::max(widest_gap_, times_[i] - times_[i - 1]);
 }
 
 GroupFits::GroupFits(const FitSetting& setting, PulsePlanes& planes, std::vector<RowFinds>& rows)
@@ -90,11 +96,7 @@ GroupFits::GroupFits(const FitSetting& setting, PulsePlanes& planes, std::vector
     task.min_snr = static_cast<float>(setting_.options.min_snr);
     task.min_amplitude_dn = static_cast<float>(setting_.options.min_amplitude_dn);
     task.max_misfit = static_cast<float>(setting_.options.max_misfit);
-    for (Work* work : {&one_, &other_}) {
-        work->task = task;
-        work->times.resize(kMaxFitSamples);
-        work->task.x = work->times.data();
-    }
+    one_.task = other_.task = task;
 }
 
 void GroupFits::queue(int y, const RowPlanes& row, bool all) {
@@ -151,14 +153,17 @@ void GroupFits::prepare(GroupWindows& group) {
     planes_.prefetch(group.x, group.y);
 }
 
-/// Neighbouring groups share lines of the cache: what was asked for is not asked for again.
+/// Neighbouring groups share lines of the cache: what was asked for is not asked for again, nor
+/// what has just been read.
 void GroupFits::prefetch(const GroupWindows& group, std::size_t at) {
     const auto line = reinterpret_cast<std::uintptr_t>(*table_.pixels(table_.first()) + at) /
                       static_cast<std::uintptr_t>(kPadding);
     if (line != asked_.line) asked_ = {line, 0, 0};
-    for (int k = group.first; k < group.past; ++k)
+    const int past = std::min(group.past, setting_.fresh);
+    if (group.first >= past) return;
+    for (int k = group.first; k < past; ++k)
         if (k < asked_.first || k >= asked_.past) __builtin_prefetch(*table_.pixels(k) + at);
-    if (group.first < group.past) asked_ = {line, group.first, group.past};
+    asked_ = {line, group.first, past};
 }
 
 void GroupFits::fit_queued() {
@@ -208,11 +213,8 @@ void GroupFits::fill(Work& work, const GroupWindows& group) const {
     const int length = group.past - group.first;
     work.middle = group.first + length / 2;
     const double* times = table_.times(group.first);
-    const double middle = *table_.times(work.middle);
-    for (int i = 0; i < length; ++i)
-        work.times[static_cast<std::size_t>(i)] = static_cast<float>(times[i] - middle);
-
     task.windows = &group;
+    task.x = table_.times(group.first, work.middle);
     task.interval = table_.intervals(group.first);
     task.period = static_cast<float>((times[length - 1] - times[0]) / (length - 1));
     task.half_aperture = table_.half_aperture(group.first);
@@ -242,7 +244,9 @@ void GroupFits::copy_samples(Work& work, std::size_t size) {
 
 /// Beside a gap between frames that is wide against a pulse there may be another place and width
 /// for it, as likely: such pulses are the reference's.
-void GroupFits::doubt_pulses_in_gaps(FitTask& task) {
+void GroupFits::doubt_pulses_in_gaps(FitTask& task) const {
+    // A per cent for the rounding of the kernels' times.
+    if (table_.widest_gap() < 0.99 * static_cast<double>(kWideGap * task.period)) return;
     const int length = task.windows->past - task.windows->first;
     for (int i = 1; i < length; ++i) {
         const float low = task.x[i - 1], high = task.x[i], gap = high - low;
@@ -258,12 +262,17 @@ void GroupFits::doubt_pulses_in_gaps(FitTask& task) {
     }
 }
 
+void GroupFits::add_effective(SampleHistogram& sum) const {
+    for (std::size_t bin = 0; bin < kSampleBins; ++bin)
+        for (const auto& of_lanes : effective_) sum[bin] += of_lanes[bin];
+}
+
 void GroupFits::settle(const Work& work) {
     const GroupWindows& group = *work.task.windows;
     RowFinds& row = rows_[static_cast<std::size_t>(group.y)];
     row.windows.all += static_cast<unsigned>(std::popcount(work.task.lanes));
-    for (const std::int32_t bin : work.task.effective_bin)
-        if (bin < kSampleBins) ++row.effective[static_cast<std::size_t>(bin)];
+    for (std::size_t lane = 0; lane < kLanes; ++lane)
+        ++effective_[lane % 4][static_cast<std::size_t>(work.task.effective_bin[lane])];
     if (work.task.pulses != 0) store(work, setting_.frames.at(work.middle).row_time(group.y));
     for (std::uint32_t bits = work.task.unsure; bits != 0; bits &= bits - 1) {
         ++row.windows.by_reference;

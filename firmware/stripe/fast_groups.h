@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -20,6 +21,11 @@ class FrameTable {
     int end() const { return first_ + static_cast<int>(pixels_.size()); }
     const std::uint8_t* const* pixels(int frame) const { return pixels_.data() + at(frame); }
     const double* times(int frame) const { return times_.data() + at(frame); }
+    /// Times of the frames from `frame` on, counted from frame `middle`'s.
+    const float* times(int frame, int middle) const {
+        return relative_.data() + at(middle) * times_.size() + at(frame);
+    }
+    double widest_gap() const { return widest_gap_; }
     /// Half the time between the frames before and behind.
     const float* intervals(int frame) const { return intervals_.data() + at(frame); }
     float half_aperture(int frame) const { return half_apertures_[at(frame)]; }
@@ -31,6 +37,8 @@ class FrameTable {
     std::vector<const std::uint8_t*> pixels_;
     std::vector<double> times_;  ///< of row 0, from the first frame on
     std::vector<float> intervals_, half_apertures_;
+    std::vector<float> relative_;  ///< a row for each frame that they are counted from
+    double widest_gap_ = 0;        ///< between successive frames
 };
 
 /// What the fits of a band of rows are about, the same for all of its windows.
@@ -40,6 +48,7 @@ struct FitSetting {
     const SpacetimeOptions& options;
     double period_ns;  ///< unit of the kernels' times
     int width, height;
+    int fresh;                              ///< first of the frames whose rows have just been read
     std::uint8_t laser_id, exposure_index;  ///< of the pulses in the planes
 };
 
@@ -59,13 +68,14 @@ class GroupFits {
     void flip() { std::swap(queue_, next_); }
     /// Leaves a window to the reference's fit.
     void take_plainly(const PixelWindow& window);
+    /// Adds how many effective samples the pulses had that the kernels judged.
+    void add_effective(SampleHistogram& sum) const;
 
   private:
     /// A group that is being fitted.
     struct Work {
         FitTask task;
         int middle = 0;  ///< frame from which its times count
-        std::vector<float> times;
         std::vector<std::uint8_t> copies;
         std::vector<const std::uint8_t*> copied;
     };
@@ -81,7 +91,7 @@ class GroupFits {
     void fit(const GroupWindows& group, const GroupWindows* other);
     void fill(Work& work, const GroupWindows& group) const;
     static void copy_samples(Work& work, std::size_t size);
-    static void doubt_pulses_in_gaps(FitTask& task);
+    void doubt_pulses_in_gaps(FitTask& task) const;
     void settle(const Work& work);
     void store(const Work& work, TimeNs middle);
     Pulse pulse_of(const Work& work, int lane, TimeNs t_ns) const;
@@ -94,6 +104,8 @@ class GroupFits {
     std::vector<GroupWindows> queue_, next_;
     Asked asked_;
     Work one_, other_;
+    /// Of the lanes by turns: neighbours have the same number, and would wait for each other.
+    std::array<std::array<std::uint32_t, kSampleBins + 1>, 4> effective_{};
 };
 
 }  // namespace stria::fast

@@ -6,6 +6,7 @@
 
 #include "firmware/core/pulse.h"
 #include "firmware/stripe/fast_kernels.h"
+#include "firmware/stripe/large_pages.h"
 #include "firmware/stripe/pixel_window.h"
 
 namespace stria::fast {
@@ -13,7 +14,7 @@ namespace stria::fast {
 /// What one row has found beside the first pulse of each of its pixels, which is in PulsePlanes.
 struct RowFinds {
     std::vector<Pulse> others;
-    SampleHistogram effective{};
+    SampleHistogram effective{};  ///< of a band's first row: of all that its kernels judged
     std::uint32_t saturated_samples = 0;
     int needed = 0;  ///< latest frames that open or waiting windows reach back into
     WindowCounts windows;
@@ -32,8 +33,13 @@ class PulsePlanes {
         : stride_((static_cast<std::size_t>(width) + kLanes - 1) / kLanes * kLanes),
           plane_(stride_ * static_cast<std::size_t>(height)),
           times_(std::make_unique_for_overwrite<TimeNs[]>(plane_)),
-          others_(std::make_unique_for_overwrite<float[]>(4 * plane_)),
-          widths_(plane_) {}
+          others_(std::make_unique_for_overwrite<float[]>(4 * plane_)) {
+        ask_for_large_pages(times_.get(), plane_ * sizeof(TimeNs));
+        ask_for_large_pages(others_.get(), 4 * plane_ * sizeof(float));
+        widths_.reserve(plane_);
+        ask_for_large_pages(widths_.data(), plane_ * sizeof(float));
+        widths_.resize(plane_);
+    }
 
     Row row(int y) {
         const std::size_t at = stride_ * static_cast<std::size_t>(y);

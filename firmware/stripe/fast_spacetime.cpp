@@ -7,6 +7,7 @@
 #include "firmware/stripe/detection_levels.h"
 #include "firmware/stripe/fast_groups.h"
 #include "firmware/stripe/fast_planes.h"
+#include "firmware/stripe/large_pages.h"
 
 namespace stria {
 namespace {
@@ -14,6 +15,7 @@ namespace {
 using fast::kBatch;
 using fast::kPadding;
 
+constexpr std::size_t kAhead = 32;  // pulses of the map
 constexpr SpacetimeEngine::Pace kPace = {
     .frames_together = 16, .probed_at_first = 8, .probe_every = 64};
 
@@ -25,9 +27,14 @@ class FastEngine final : public SpacetimeEngine {
           levels_(8, noise, options.min_snr, options.min_amplitude_dn),
           limits_{options.max_pulse_frames, options.history_frames},
           stride_(static_cast<std::size_t>((width + kPadding - 1) / kPadding * kPadding)),
-          planes_(fast::RowPlanes::kCount * stride_ * static_cast<std::size_t>(height) + kPadding),
           pulses_(width, height),
-          rows_(static_cast<std::size_t>(height)) {}
+          rows_(static_cast<std::size_t>(height)) {
+        const std::size_t size =
+            fast::RowPlanes::kCount * stride_ * static_cast<std::size_t>(height) + kPadding;
+        planes_.reserve(size);
+        ask_for_large_pages(planes_.data(), size);
+        planes_.resize(size);
+    }
 
     WindowCounts windows() const override {
         WindowCounts sum;
@@ -56,12 +63,14 @@ class FastEngine final : public SpacetimeEngine {
         laser_id_ = first.laser_id;
         exposure_index_ = first.exposure_index;
     }
-    fast::FitSetting setting() const {
-        return {frames_, noise_, options_, period_ns_, width_, height_, laser_id_, exposure_index_};
+    /// @param fresh  first of the frames whose rows the fits follow at once
+    fast::FitSetting setting(int fresh) const {
+        return {frames_, noise_, options_,  period_ns_,     width_,
+                height_, fresh,  laser_id_, exposure_index_};
     }
 
     void advance_rows(int first, int last, int begin, int end) override {
-        fast::GroupFits fits(setting(), pulses_, rows_);
+        fast::GroupFits fits(setting(begin), pulses_, rows_);
         std::vector<fast::Closed> others;
         for (int y = first; y < last; ++y) {
             others.clear();
@@ -74,6 +83,7 @@ class FastEngine final : public SpacetimeEngine {
             fits.flip();
         }
         fits.fit_queued();
+        fits.add_effective(rows_[static_cast<std::size_t>(first)].effective);
     }
 
     void advance_row(int y, int begin, int end, std::vector<fast::Closed>& others) {
@@ -100,7 +110,7 @@ class FastEngine final : public SpacetimeEngine {
 
     void finish_rows(int first, int last) override {
         if (frames_.count() == 0) return;
-        fast::GroupFits fits(setting(), pulses_, rows_);
+        fast::GroupFits fits(setting(frames_.count()), pulses_, rows_);
         for (int y = first; y < last; ++y) {
             const fast::RowPlanes row = planes(y);
             fits.queue(y, row, true);
@@ -110,6 +120,7 @@ class FastEngine final : public SpacetimeEngine {
                 if (row.age[x] > 0) fits.take_plainly(open_window(x, y, row));
             gather_cells(y);
         }
+        fits.add_effective(rows_[static_cast<std::size_t>(first)].effective);
     }
 
     /// Puts the pulses of pixels that have several together, and tidies them.
@@ -175,10 +186,16 @@ class FastEngine final : public SpacetimeEngine {
     void append_row(int y, const WidthLimits& limits, PulseMap& map) override {
         const fast::PulsePlanes::Row row = pulses_.row(y);
         const std::vector<Pulse>& others = rows_[static_cast<std::size_t>(y)].others;
+        const std::size_t most = map.pulses.capacity();
         auto other = others.begin();
         for (int x = 0; x < width_; ++x) {
             const float width = row.width[x];
-            if (width != 0) fill_clean(map.pulses.emplace_back(), x, y, row, limits.flag(width));
+            if (width != 0) {
+                // Stores alone ask memory for a few lines at a time.
+                if (map.pulses.size() + kAhead < most)
+                    __builtin_prefetch(map.pulses.data() + map.pulses.size() + kAhead, 1);
+                fill_clean(map.pulses.emplace_back(), x, y, row, limits.flag(width));
+            }
             for (; other != others.end() && static_cast<int>(other->u) == x; ++other)
                 append(*other, limits, map);
             end_cell(x, y, map);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "firmware/stripe/large_pages.h"
 #include "firmware/stripe/row_bands.h"
 
 namespace stria {
@@ -171,6 +172,7 @@ void SpacetimeEngine::assemble(PulseMap& map) {
     widths.reserve(map.cell_begin.size());
     for (int y = 0; y < height_; ++y) append_widths(y, widths);
     map.pulses.reserve(widths.size());
+    ask_for_large_pages(map.pulses.data(), widths.size() * sizeof(Pulse));
     WidthLimits limits;
     if (widths.size() >= kFewestWidths) {
         const double median = median_width(widths);

@@ -192,6 +192,8 @@ SheetCalibration calibrate_sheet(const std::vector<SheetView>& views, const Boar
         const double squares = sum_of_squares(c, sheet);
         out.points = static_cast<int>(c.line.points.size());
         out.rms_mm = std::sqrt(squares / out.points);
+        for (const Eigen::Vector2d& p : c.line.points)
+            if (const auto pixel = project(camera, c.in_camera(p))) out.pixels.push_back(*pixel);
         result.points_used += out.points;
         sum += squares;
     }

@@ -20,9 +20,10 @@ struct SheetView {
 
 struct SheetViewResult {
     std::string name;
-    std::string rejected;        ///< why the view was not used; empty if it was
-    int points = 0;              ///< stripe points on the board
-    double rms_mm = 0;           ///< of them from the sheet
+    std::string rejected;                 ///< why the view was not used; empty if it was
+    int points = 0;                       ///< stripe points on the board
+    std::vector<Eigen::Vector2d> pixels;  ///< where those are in the picture
+    double rms_mm = 0;                    ///< of them from the sheet
     double left_out_rms_mm = 0;  ///< of them from the sheet of all other views; 0: fewer than 3
 };
 

@@ -10,6 +10,7 @@
 #include "host/core/errors.h"
 #include "host/io/whole_file.h"
 #include "tests/calib/photographed_board.h"
+#include "tests/calib/sheet_error.h"
 #include "tests/calib/synthetic_board.h"
 #include "tests/host/io/temporary_folder.h"
 
@@ -81,20 +82,6 @@ std::vector<SheetView> views_of(const FlatSheet& sheet, int count, double corner
     return views;
 }
 
-/// The error in the covariance's own units: chi-square with 3 degrees of freedom.
-double chi_square_of(const SheetCalibration& found, const FlatSheet& truth) {
-    const Eigen::Vector3d a = truth.normal.unitOrthogonal(), b = truth.normal.cross(a);
-    Eigen::Matrix<double, 3, 4> rows = Eigen::Matrix<double, 3, 4>::Zero();
-    rows.row(0).head<3>() = a;
-    rows.row(1).head<3>() = b;
-    rows(2, 3) = 1;
-    Eigen::Vector4d error;
-    error << found.normal - truth.normal, found.offset_mm - truth.offset_mm;
-    const Eigen::Vector3d off = rows * error;
-    const Eigen::Matrix3d covariance = rows * found.covariance * rows.transpose();
-    return off.dot(covariance.inverse() * off);
-}
-
 TEST(SheetCalibration, IsExactWithoutNoise) {
     std::mt19937 rng(3);
     const auto found = calibrate_sheet(views_of(kSheet, 5, 0, 0, rng), kBoard, camera());
@@ -116,7 +103,7 @@ TEST(SheetCalibration, ErrsAsItsCovarianceSays) {
             EXPECT_TRUE(view.rejected.empty() || view.rejected.find("stripe not crossing") == 0)
                 << view.rejected;
         EXPECT_NEAR(found.corner_sigma_px, kCornerPx, 0.006);  // px, 1 / sqrt(2 dof), 5 sigma
-        sum += chi_square_of(found, kSheet);
+        sum += sheet_chi_square(found.normal, found.offset_mm, found.covariance, kSheet);
     }
     // Mean of chi-square / 3 over the trials is 1, its sd sqrt(2 / (3 trials)): 4 sd either way,
     // and the ratio of lines to their own scatter that raises the covariance lowers it by <= 20 %.
@@ -141,8 +128,9 @@ TEST(SheetCalibration, LeavesOutStrayPeaksAndAMovedBoardAndSaysSo) {
     EXPECT_EQ(found.views_used, 6);
     EXPECT_NE(found.views[3].rejected.find("did board, camera or laser move"), std::string::npos)
         << found.views[3].rejected;
-    EXPECT_LT(chi_square_of(found, kSheet), 25);  // 3 degrees of freedom: beyond 1 in 1e4
-    EXPECT_LT(found.left_out_rms_mm, 0.2);        // mm: 0.1 px at 450 mm and 23 deg is 0.08
+    EXPECT_LT(sheet_chi_square(found.normal, found.offset_mm, found.covariance, kSheet),
+              25);                          // 3 degrees of freedom: beyond 1 in 1e4
+    EXPECT_LT(found.left_out_rms_mm, 0.2);  // mm: 0.1 px at 450 mm and 23 deg is 0.08
 }
 
 /// The message of the error it throws; empty if it does not.

@@ -1,6 +1,7 @@
 #pragma once
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,12 @@ inline Ended run_stria(const std::vector<std::string>& arguments) {
 
 inline bool has(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
+}
+
+/// The number after "key": at its first place in a JSON text; NaN if it is not there.
+inline double number_of(const std::string& json, const std::string& key) {
+    const std::size_t at = json.find("\"" + key + "\":");
+    return at == std::string::npos ? NAN : std::stod(json.substr(at + key.size() + 3));
 }
 
 }  // namespace stria::test_support

@@ -19,17 +19,12 @@ namespace {
 using Eigen::Vector3d;
 using test_support::Ended;
 using test_support::has;
+using test_support::number_of;
 using test_support::SyntheticRange;
 
 Ended verify(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "verify");
     return test_support::run_stria(arguments);
-}
-
-/// The number after "key": at its first place in the text.
-double number_of(const std::string& json, const std::string& key) {
-    const std::size_t at = json.find("\"" + key + "\":");
-    return at == std::string::npos ? NAN : std::stod(json.substr(at + key.size() + 3));
 }
 
 const std::string kSphere =

@@ -259,15 +259,16 @@ HWY_INLINE bool is_open(const RowPlanes& planes, int x) {
 /// samples. Below the last row there is nothing, and asking for it does no harm.
 HWY_INLINE void prefetch_below(const std::uint8_t* const* rows, int x, int width,
                                const RowPlanes& planes) {
-    const auto ask = [](const std::uint8_t* from, std::ptrdiff_t distance) {
-        __builtin_prefetch(reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(from) +
-                                                         static_cast<std::uintptr_t>(distance)));
+    const auto below_of = [](const std::uint8_t* from, std::ptrdiff_t distance) {
+        return reinterpret_cast<const void*>(reinterpret_cast<std::uintptr_t>(from) +
+                                             static_cast<std::uintptr_t>(distance));
     };
-    for (int k = 0; k < kBatch; ++k) ask(rows[k], x + width);
+    // Samples into the second cache: the first one cannot wait for so many lines at a time.
+    for (int k = 0; k < kBatch; ++k) __builtin_prefetch(below_of(rows[k], x + width), 0, 2);
     const std::ptrdiff_t stride = planes.background_low - planes.background_high;
     const std::ptrdiff_t below = static_cast<std::ptrdiff_t>(RowPlanes::kCount) * stride + x;
-    ask(planes.background_high, below);
-    ask(planes.background_low, below);
+    __builtin_prefetch(below_of(planes.background_high, below));
+    __builtin_prefetch(below_of(planes.background_low, below));
 }
 
 /// Pixels [x, x + lanes) of the row, whose samples are at `offset` in `rows`.

@@ -162,7 +162,7 @@ void GroupFits::prefetch(const GroupWindows& group, std::size_t at) {
     const int past = std::min(group.past, setting_.fresh);
     if (group.first >= past) return;
     for (int k = group.first; k < past; ++k)
-        if (k < asked_.first || k >= asked_.past) __builtin_prefetch(*table_.pixels(k) + at);
+        if (k < asked_.first || k >= asked_.past) __builtin_prefetch(*table_.pixels(k) + at, 0, 2);
     asked_ = {line, group.first, past};
 }
 

@@ -61,19 +61,23 @@ void tidy_cells(std::vector<Pulse>& pulses, int most) {
     pulses.resize(kept);
 }
 
-/// The width with half of the others below it, positive all: counted by the leading bits, then
-/// looked for among those that share them.
-float median_width(std::vector<float>& widths) {
-    const auto leading = [](float width) { return std::bit_cast<std::uint32_t>(width) >> 16; };
+/// The width with half of the others below it, positive all: counted by the leading bits, then, of
+/// those that share them, by the others.
+float median_width(const std::vector<float>& widths) {
+    const auto bits = [](float width) { return std::bit_cast<std::uint32_t>(width); };
+    std::size_t below = widths.size() / 2;
+    const auto bin_of = [&below](const std::vector<std::uint32_t>& counts) {
+        std::uint32_t bin = 0;
+        while (counts[bin] <= below) below -= counts[bin++];
+        return bin;
+    };
     std::vector<std::uint32_t> counts(1u << 16);
-    for (const float width : widths) ++counts[leading(width)];
-    std::size_t below = 0, bin = 0;
-    while (below + counts[bin] <= widths.size() / 2) below += counts[bin++];
-    const std::size_t middle = widths.size() / 2 - below;
-    std::erase_if(widths, [&](float width) { return leading(width) != bin; });
-    const auto at = widths.begin() + static_cast<std::ptrdiff_t>(middle);
-    std::nth_element(widths.begin(), at, widths.end());
-    return *at;
+    for (const float width : widths) ++counts[bits(width) >> 16];
+    const std::uint32_t leading = bin_of(counts);
+    counts.assign(counts.size(), 0);
+    for (const float width : widths)
+        if (bits(width) >> 16 == leading) ++counts[bits(width) & 0xffffu];
+    return std::bit_cast<float>((leading << 16) | bin_of(counts));
 }
 
 double median_of(const SampleHistogram& histogram, std::uint32_t total) {

@@ -78,20 +78,11 @@ class VerifyBarVerb final : public VerifyVerb {
     std::vector<std::string> notes() const {
         std::vector<std::string> notes = common_notes(states_, artefact_);
         if (positions_.size() < kPositionsAsked)
-            notes.push_back(
-                "The procedure asks for 7 positions along edges and diagonals of the "
-                "volume; these are " +
-                std::to_string(positions_.size()) + ".");
-        if (!artefact_.volume_diagonal_mm)
-            notes.push_back(
-                "The artefact file states no diagonal of the volume: whether the bar is "
-                "long enough for it was not checked.");
-        else if (const double share = artefact_.lengths[0].mm / *artefact_.volume_diagonal_mm;
-                 share < 0.3)
-            notes.push_back(
-                "The procedure asks for a bar of at least 0.3 of the volume's diagonal; "
-                "this one has " +
-                format_number(share) + ".");
+            notes.push_back(falls_short("7 positions along edges and diagonals of the volume",
+                                        "these are " + std::to_string(positions_.size())));
+        if (const auto note = volume_note(artefact_, "bar", artefact_.lengths[0].mm, 0.3);
+            !note.empty())
+            notes.push_back(note);
         notes.push_back(kIndependentNote);
         return notes;
     }
@@ -101,12 +92,12 @@ class VerifyBarVerb final : public VerifyVerb {
             "Distances of the centres, spheres fitted with their calibrated radii, at most 3 of "
             "1000 points rejected. The size of each sphere, its radius free, stands beside it.",
             {"scan", "distance (mm)", "calibrated (mm)", "SD (um)", "U (um)", "size 1 (um)",
-             "size 2 (um)", "noise 1 (um)", "noise 2 (um)", "measured / predicted 1",
-             "measured / predicted 2", "points 1", "points 2"},
+             "size 2 (um)", "points 1", "points 2"},
             {}};
         std::vector<double> errors;
         std::vector<Eigen::Vector3d> places;
         std::vector<const FormFigures*> forms;
+        std::vector<std::string> spheres;
         ReportPictures maps;
         std::vector<float> residuals;
         for (const Position& position : positions_)
@@ -127,20 +118,21 @@ class VerifyBarVerb final : public VerifyVerb {
                 return um(beam.free[k].diameter_mm -
                           at_temperature(artefact_, artefact_.diameters[k]).mm);
             });
-            both([&](std::size_t k) { return um(beam.fixed[k].form.sigma_mm); });
-            both([&](std::size_t k) { return format_number(beam.fixed[k].form.sigma_ratio); });
             both([&](std::size_t k) { return std::to_string(beam.fixed[k].form.points_used); });
             table.rows.push_back(row);
             errors.push_back(position.spacing.error_mm());
             for (std::size_t k = 0; k < 2; ++k) {
                 places.push_back(beam.fixed[k].centre);
                 forms.push_back(&beam.fixed[k].form);
-                maps.pictures.push_back({names_[i] + ", sphere " + std::to_string(k + 1),
-                                         residual_map(beam.fixed[k], *maps.scale)});
+                spheres.push_back(names_[i] + ", sphere " + std::to_string(k + 1));
+                maps.pictures.push_back({spheres.back(), residual_map(beam.fixed[k], *maps.scale)});
             }
         }
         return {
-            {"By position", {table, by_position("Sphere-spacing error", "SD", errors, {})}},
+            {"By position",
+             {table,
+              by_position("Sphere-spacing error", "SD", errors, {}, artefact_.mpe_spacing_mm),
+              noise_table(spheres, forms)}},
             {"Residuals on the spheres, radius as calibrated", {maps, residual_histogram(forms)}},
             {"Where in the volume", places_in_volume(places)}};
     }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "host/cli/verbs.h"
 #include "host/cli/verify_pictures.h"
@@ -37,9 +38,20 @@ class VerifyLengthVerb final : public VerifyVerb {
         lines_.push_back(std::move(line));
     }
 
-    std::optional<double> limit_of(const BeamLength& length) const {
+    std::optional<double> limit_at(double length_mm) const {
         if (!artefact_.mpe_length_mm) return {};
-        return *artefact_.mpe_length_mm + artefact_.mpe_length_per_mm * length.calibrated_mm;
+        return *artefact_.mpe_length_mm + artefact_.mpe_length_per_mm * length_mm;
+    }
+    std::optional<double> limit_of(const BeamLength& length) const {
+        return limit_at(length.calibrated_mm);
+    }
+    /// What is permitted over the lengths of the plot, both ways.
+    PlotSeries permitted(const std::vector<double>& lengths_mm) const {
+        const auto [least, most] = std::minmax_element(lengths_mm.begin(), lengths_mm.end());
+        const double from = 0.9 * *least, to = 1.1 * *most;
+        const double low = 1000 * *limit_at(from), high = 1000 * *limit_at(to);
+        const double parted = std::numeric_limits<double>::quiet_NaN();
+        return {"permitted", {from, to, to, from, to}, {low, high, parted, -low, -high}};
     }
     /// How badly a length stands: by what its limit leaves, or without one by its error.
     double badness(const BeamLength& length) const {
@@ -84,9 +96,10 @@ class VerifyLengthVerb final : public VerifyVerb {
     std::vector<std::string> notes() const {
         std::vector<std::string> notes = common_notes(states_, artefact_);
         if (lines_.size() < kLinesAsked || lines_.front().lengths.size() < kLengthsAsked)
-            notes.push_back("The procedure asks for 5 lengths on each of 7 lines; these are " +
-                            std::to_string(lines_.front().lengths.size()) + " on " +
-                            std::to_string(lines_.size()) + ".");
+            notes.push_back(falls_short("5 lengths on each of 7 lines",
+                                        "these are " +
+                                            std::to_string(lines_.front().lengths.size()) + " on " +
+                                            std::to_string(lines_.size())));
         notes.push_back(kIndependentNote);
         return notes;
     }
@@ -94,18 +107,18 @@ class VerifyLengthVerb final : public VerifyVerb {
     std::vector<ReportSection> sections() const {
         ReportTable table{
             "Lengths over both spheres: distance of the centres and half of either diameter, all "
-            "as "
-            "scanned with free radii, at most 3 of 1000 points rejected.",
+            "as scanned with free radii, at most 3 of 1000 points rejected.",
             {"scan", "spheres", "measured (mm)", "calibrated (mm)", "E (um)", "U (um)",
              "permitted (um)"},
             {}};
         LinePlot plot;
-        plot.x = {"length", "mm", false};
-        plot.y = {"E", "um", false};
+        plot.x = {.label = "length", .unit = "mm"};
+        plot.y = {.label = "E", .unit = "um", .with_zero = true};
         std::vector<const FormFigures*> forms;
+        std::vector<std::string> spheres;
         std::vector<Eigen::Vector3d> places;
+        PlotSeries dots{"measured", {}, {}, true};
         for (std::size_t i = 0; i < lines_.size(); ++i) {
-            PlotSeries dots{names_[i], {}, {}, true};
             for (const BeamLength& length : lines_[i].lengths) {
                 const auto limit = limit_of(length);
                 table.rows.push_back(
@@ -116,15 +129,19 @@ class VerifyLengthVerb final : public VerifyVerb {
                 dots.x.push_back(length.calibrated_mm);
                 dots.y.push_back(1000 * length.error_mm());
             }
-            plot.series.push_back(std::move(dots));
-            for (const MeasuredSphere& sphere : lines_[i].beam.free) {
+            for (std::size_t k = 0; k < lines_[i].beam.free.size(); ++k) {
+                const MeasuredSphere& sphere = lines_[i].beam.free[k];
+                spheres.push_back(names_[i] + ", sphere " + std::to_string(k + 1));
                 forms.push_back(&sphere.form);
                 places.push_back(sphere.centre);
             }
         }
-        return {{"Lengths", {table, ReportDrawing{"Error over length", line_plot_svg(plot)}}},
-                {"Residuals on the spheres", {residual_histogram(forms)}},
-                {"Where in the volume", places_in_volume(places)}};
+        plot.series = {std::move(dots)};
+        if (artefact_.mpe_length_mm) plot.series.push_back(permitted(plot.series[0].x));
+        return {
+            {"Lengths", {table, ReportDrawing{"Error over length", line_plot_svg(plot)}}},
+            {"Residuals on the spheres", {noise_table(spheres, forms), residual_histogram(forms)}},
+            {"Where in the volume", places_in_volume(places)}};
     }
 
     IncidenceOption incidence_;

@@ -56,16 +56,15 @@ class VerifyPlaneVerb final : public VerifyVerb {
         if (artefact_.form_mm <= 0) out.notes.push_back(kFormNote);
         if (positions_.size() < kPositionsAsked)
             out.notes.push_back(
-                "The procedure asks for 6 positions, oblique ones and such off the "
-                "centre among them; these are " +
-                std::to_string(positions_.size()) + ".");
+                falls_short("6 positions, oblique ones and such off the centre among them",
+                            "these are " + std::to_string(positions_.size())));
         if (artefact_.size_mm[1] < 50)
-            out.notes.push_back("The procedure asks for a plane at least 50 mm wide.");
-        if (artefact_.volume_diagonal_mm &&
-            artefact_.size_mm[0] < 0.5 * *artefact_.volume_diagonal_mm)
             out.notes.push_back(
-                "The procedure asks for a plane at least half as long as the "
-                "volume's diagonal.");
+                falls_short("a plane at least 50 mm wide",
+                            "this one has " + format_number(artefact_.size_mm[1]) + " mm"));
+        if (const auto note = volume_note(artefact_, "plane", artefact_.size_mm[0], 0.5);
+            !note.empty())
+            out.notes.push_back(note);
         for (std::size_t i = 0; i < positions_.size(); ++i) {
             const MeasuredPlane& plane = positions_[i];
             out.points_used += plane.form.points_used;
@@ -90,9 +89,8 @@ class VerifyPlaneVerb final : public VerifyVerb {
                 format_number(artefact_.margin_mm) +
                 " mm along the border left out. The flatness expected is what random noise of the "
                 "predicted size alone shows.",
-            {"scan", "F (um)", "expected (um)", "F, none rejected (um)", "D95 (um)", "noise (um)",
-             "predicted (um)", "measured / predicted", "F / predicted", "points", "rejected",
-             "used (mm)", "incidence (deg)"},
+            {"scan", "F (um)", "expected (um)", "F, none rejected (um)", "D95 (um)", "points",
+             "rejected", "used (mm)", "incidence (deg)"},
             {}};
         std::vector<double> flatness, expected;
         std::vector<Eigen::Vector3d> places;
@@ -106,9 +104,7 @@ class VerifyPlaneVerb final : public VerifyVerb {
             const FormFigures& f = plane.form;
             table.rows.push_back(
                 {names_[i], um(f.form_mm), um(f.expected_form_mm), um(f.form_all_mm), um(f.d95_mm),
-                 um(f.sigma_mm), um(f.predicted_sigma_mm), format_number(f.sigma_ratio),
-                 format_number(f.form_ratio), std::to_string(f.points_used),
-                 std::to_string(f.rejected),
+                 std::to_string(f.points_used), std::to_string(f.rejected),
                  format_number(plane.used_mm.x()) + " x " + format_number(plane.used_mm.y()),
                  format_number(plane.incidence_rad * 180 / std::numbers::pi)});
             flatness.push_back(f.form_mm);
@@ -117,13 +113,16 @@ class VerifyPlaneVerb final : public VerifyVerb {
             forms.push_back(&f);
             maps.pictures.push_back({names_[i], residual_map(plane, *maps.scale)});
         }
-        return {{"By position", {table, by_position("Flatness error", "F", flatness, expected)}},
-                {"Residuals on the plane",
-                 {ReportText{"Each as seen along its normal, the longer side to the right. A "
-                             "pattern that repeats is an error of the scanner, even colour is "
-                             "noise."},
-                  maps, residual_histogram(forms)}},
-                {"Where in the volume", places_in_volume(places)}};
+        return {
+            {"By position",
+             {table, by_position("Flatness error", "F", flatness, expected, artefact_.mpe_form_mm),
+              noise_table(names_, forms)}},
+            {"Residuals on the plane",
+             {ReportText{"Each as seen along its normal, the longer side to the right. A "
+                         "pattern that repeats is an error of the scanner, even colour is "
+                         "noise."},
+              maps, residual_histogram(forms)}},
+            {"Where in the volume", places_in_volume(places)}};
     }
 
     std::vector<MeasuredPlane> positions_;

@@ -87,11 +87,11 @@ class VerifyProfileVerb final : public VerifyVerb {
             {"scan", "travelled (mm)", "measured (mm)", "error (um)", "a point (um)", "points"},
             {}};
         LinePlot plot;
-        plot.x = {"travelled", "mm", false};
-        plot.y = {"error", "um", false};
+        plot.x = {.label = "travelled", .unit = "mm"};
+        plot.y = {.label = "error", .unit = "um", .with_zero = true};
         PlotSeries dots{"", {}, {}, true};
         LinePlot noise = plot;
-        noise.y = {"standard deviation of a point", "um", false};
+        noise.y = {.label = "standard deviation of a point", .unit = "um", .with_zero = true};
         PlotSeries points = dots;
         for (std::size_t i = 0; i < planes_.size(); ++i) {
             const TravelStep& step = figures.steps[i];

@@ -12,10 +12,6 @@ namespace {
 
 constexpr std::size_t kPositionsAsked = 10;
 
-std::string num(double value) { return format_number(value); }
-
-std::string degrees(double rad) { return format_number(rad * 180 / std::numbers::pi, 3); }
-
 JsonResult json_of(const std::string& file, const ProbingPosition& position) {
     const MeasuredSphere& sphere = position.sphere;
     JsonResult json;
@@ -76,20 +72,11 @@ class VerifySphereVerb final : public VerifyVerb {
     std::vector<std::string> notes() const {
         std::vector<std::string> notes = common_notes(states_, artefact_);
         if (positions_.size() < kPositionsAsked)
-            notes.push_back(
-                "The procedure asks for at least 10 positions that fill the volume; "
-                "these are " +
-                std::to_string(positions_.size()) + ".");
-        if (!artefact_.volume_diagonal_mm)
-            notes.push_back(
-                "The artefact file states no diagonal of the volume: whether the "
-                "sphere is large enough for it was not checked.");
-        else if (const double share = artefact_.diameters[0].mm / *artefact_.volume_diagonal_mm;
-                 share < 0.1 || share > 0.2)
-            notes.push_back(
-                "The procedure asks for a sphere of 0.1 to 0.2 of the volume's "
-                "diagonal; this one has " +
-                num(share) + ".");
+            notes.push_back(falls_short("at least 10 positions that fill the volume",
+                                        "these are " + std::to_string(positions_.size())));
+        if (const auto note = volume_note(artefact_, "sphere", artefact_.diameters[0].mm, 0.1, 0.2);
+            !note.empty())
+            notes.push_back(note);
         if (artefact_.form_mm <= 0) notes.push_back(kFormNote);
         notes.push_back(kIndependentNote);
         return notes;
@@ -97,12 +84,11 @@ class VerifySphereVerb final : public VerifyVerb {
 
     std::vector<ReportSection> sections() const {
         ReportTable table{
-            "Diameter: least squares, free radius, at most 3 of 1000 points rejected. Noise: "
-            "standard deviation about the sphere; predicted: from the points' own sigmas. The "
-            "form expected is what random noise of that size alone shows.",
+            "Form PF and size PS of the least-squares sphere, free radius, at most 3 of 1000 "
+            "points "
+            "rejected. The form expected is what random noise of the predicted size alone shows.",
             {"scan", "PF (um)", "expected (um)", "PF, none rejected (um)", "D95 (um)", "PS (um)",
-             "U (um)", "noise (um)", "predicted (um)", "measured / predicted", "PF / predicted",
-             "points", "rejected", "cap (deg)", "of the sphere (%)"},
+             "U of PS (um)", "points", "rejected", "cap (deg)", "of the sphere (%)"},
             {}};
         std::vector<double> forms, expected, sizes;
         std::vector<Eigen::Vector3d> places;
@@ -113,10 +99,10 @@ class VerifySphereVerb final : public VerifyVerb {
             const FormFigures& f = s.form;
             table.rows.push_back({names_[i], um(f.form_mm), um(f.expected_form_mm),
                                   um(f.form_all_mm), um(f.d95_mm), um(positions_[i].size_mm),
-                                  um(positions_[i].size_expanded_mm), um(f.sigma_mm),
-                                  um(f.predicted_sigma_mm), num(f.sigma_ratio), num(f.form_ratio),
-                                  std::to_string(f.points_used), std::to_string(f.rejected),
-                                  degrees(s.cap_rad), num(100 * s.coverage)});
+                                  um(positions_[i].size_expanded_mm), std::to_string(f.points_used),
+                                  std::to_string(f.rejected),
+                                  format_number(s.cap_rad * 180 / std::numbers::pi),
+                                  format_number(100 * s.coverage)});
             forms.push_back(f.form_mm);
             expected.push_back(f.expected_form_mm);
             sizes.push_back(positions_[i].size_mm);
@@ -131,8 +117,10 @@ class VerifySphereVerb final : public VerifyVerb {
         ReportSection where{"Where in the volume", places_in_volume(places)};
         return {
             {"By position",
-             {table, by_position("Probing error of form", "PF", forms, expected),
-              by_position("Probing error of size", "PS", sizes, {})}},
+             {table,
+              by_position("Probing error of form", "PF", forms, expected, artefact_.mpe_form_mm),
+              by_position("Probing error of size", "PS", sizes, {}, artefact_.mpe_size_mm),
+              noise_table(names_, figures)}},
             {"Residuals on the sphere",
              {ReportText{"Each as seen along the middle of the measured part; the distance from "
                          "the centre is the angle on the sphere. A pattern that repeats is an "

@@ -3,7 +3,9 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "host/cli/verify_run.h"
 #include "host/render/plot.h"
 #include "host/render/range_picture.h"
 
@@ -19,14 +21,29 @@ ColourImage enlarged(const ColourImage& small, int factor) {
     return large;
 }
 
+/// Lines in a plot of micrometres from x to x: at plus and where `both` at minus that many mm.
+PlotSeries permitted_lines(double from, double to, double mpe_mm, bool both) {
+    const double um = 1000 * mpe_mm;
+    PlotSeries lines{"permitted", {from, to}, {um, um}};
+    if (both) {
+        const double parted = std::numeric_limits<double>::quiet_NaN();
+        lines.x.insert(lines.x.end(), {to, from, to});
+        lines.y.insert(lines.y.end(), {parted, -um, -um});
+    }
+    return lines;
+}
+
 }  // namespace
 
 ColourImage scattered_picture(const std::vector<Eigen::Vector2d>& places,
                               const std::vector<float>& values, const ColourScale& scale,
                               int side_px) {
-    // Three points a cell, so that few cells of the surface stay empty.
-    const int cells =
+    // Three points a cell or more, so that few cells of the surface stay empty; whole pixels a
+    // cell.
+    const int wanted =
         std::clamp(static_cast<int>(std::sqrt(static_cast<double>(places.size()) / 3)), 8, side_px);
+    const int enlargement = (side_px + wanted - 1) / wanted;
+    const int cells = side_px / enlargement;
     const auto count = static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells);
     std::vector<float> sums(count, 0.0F);
     std::vector<int> counts(count, 0);
@@ -44,7 +61,7 @@ ColourImage scattered_picture(const std::vector<Eigen::Vector2d>& places,
         sums[i] /= static_cast<float>(counts[i]);
     }
     const ColourImage small = picture_of_values(cells, cells, sums, mask, scale, side_px);
-    return enlarged(small, (side_px + cells - 1) / cells);
+    return enlarged(small, enlargement);
 }
 
 ColourImage residual_map(const MeasuredSphere& sphere, const ColourScale& scale) {
@@ -71,7 +88,8 @@ void add_residuals(const FormFigures& form, std::vector<float>& residuals_um) {
 }
 
 ColourScale residual_scale(const std::vector<float>& residuals_um) {
-    return symmetric_scale(residuals_um, 0.98, "residual, outside positive", "um");
+    // A cell shows the mean of some points, which scatters less than one: no wider than 90 %.
+    return symmetric_scale(residuals_um, 0.9, "residual, outside positive", "um");
 }
 
 ReportDrawing residual_histogram(const std::vector<const FormFigures*>& forms) {
@@ -95,10 +113,10 @@ ReportDrawing residual_histogram(const std::vector<const FormFigures*>& forms) {
 
 ReportDrawing by_position(const std::string& caption, const std::string& label,
                           const std::vector<double>& measured_mm,
-                          const std::vector<double>& expected_mm) {
+                          const std::vector<double>& expected_mm, std::optional<double> mpe_mm) {
     LinePlot plot;
-    plot.x = {"position", "", false};
-    plot.y = {label, "um", false};
+    plot.x = {.label = "position", .unit = "", .whole = true};
+    plot.y = {.label = label, .unit = "um", .with_zero = true};
     PlotSeries measured{"measured", {}, {}, true}, expected{"from noise alone", {}, {}, true};
     for (std::size_t i = 0; i < measured_mm.size(); ++i) {
         measured.x.push_back(static_cast<double>(i + 1));
@@ -109,7 +127,29 @@ ReportDrawing by_position(const std::string& caption, const std::string& label,
     }
     plot.series = {measured};
     if (!expected.x.empty()) plot.series.push_back(expected);
+    const bool both =
+        std::any_of(measured_mm.begin(), measured_mm.end(), [](double value) { return value < 0; });
+    const double last = static_cast<double>(measured_mm.size()) + 0.5;
+    if (mpe_mm) plot.series.push_back(permitted_lines(0.5, last, *mpe_mm, both));
     return {caption, line_plot_svg(plot)};
+}
+
+ReportTable noise_table(const std::vector<std::string>& names,
+                        const std::vector<const FormFigures*>& forms) {
+    ReportTable table{
+        "Noise: standard deviation about the fit. Predicted: from the points' own sigmas, rms; "
+        "their ratio is robust (MAD), point by point. Systematic: what calibration shares, most "
+        "of which a fit takes away.",
+        {"scan", "noise (um)", "predicted (um)", "measured / predicted", "form / predicted",
+         "systematic (um)"},
+        {}};
+    for (std::size_t i = 0; i < forms.size(); ++i) {
+        const FormFigures& f = *forms[i];
+        table.rows.push_back({names[i], um(f.sigma_mm), um(f.predicted_sigma_mm),
+                              format_number(f.sigma_ratio), format_number(f.form_ratio),
+                              um(f.predicted_systematic_mm)});
+    }
+    return table;
 }
 
 std::vector<ReportBlock> places_in_volume(const std::vector<Eigen::Vector3d>& places) {

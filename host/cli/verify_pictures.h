@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,7 @@
 /// Pictures and drawings of the verification pages.
 namespace stria {
 
-/// Values at places of the unit square, as a picture about `side_px` wide whose cells are as large
+/// Values at places of the unit square, as a picture about `side_px` wide whose cells are as small
 /// as the number of places allows; empty cells are white.
 ColourImage scattered_picture(const std::vector<Eigen::Vector2d>& places,
                               const std::vector<float>& values, const ColourScale& scale,
@@ -26,10 +27,15 @@ ColourScale residual_scale(const std::vector<float>& residuals_um);
 /// one measured, with the normal distribution.
 ReportDrawing residual_histogram(const std::vector<const FormFigures*>& forms);
 
-/// A characteristic at every position as dots, beside what is expected of it (NaN: not known).
+/// A characteristic at every position as dots, beside what is expected of it (NaN: not known) and
+/// between the lines of what is permitted (above zero alone where no value is negative).
 ReportDrawing by_position(const std::string& caption, const std::string& label,
                           const std::vector<double>& measured_mm,
-                          const std::vector<double>& expected_mm);
+                          const std::vector<double>& expected_mm, std::optional<double> mpe_mm);
+
+/// What noise the points of each fit show, beside what they predict.
+ReportTable noise_table(const std::vector<std::string>& names,
+                        const std::vector<const FormFigures*>& forms);
 
 /// Where the artefact stood: two drawings of positions in mm, x over y and x over z.
 std::vector<ReportBlock> places_in_volume(const std::vector<Eigen::Vector3d>& places);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "host/cli/artefact_toml.h"
 #include "host/cli/progress.h"
@@ -9,6 +10,7 @@
 #include "host/cli/scan_input.h"
 #include "host/cli/version.h"
 #include "host/core/errors.h"
+#include "host/core/short_number.h"
 #include "host/io/mesh_io.h"
 
 namespace stria {
@@ -180,6 +182,31 @@ void set_form(JsonResult& json, const FormFigures& form, const std::string& key)
         .set("rejected", form.rejected);
 }
 
-std::string um(double mm) { return format_number(1000 * mm, 3); }
+std::string falls_short(const std::string& asked, const std::string& found) {
+    return "The procedure asks for " + asked + "; " + found + ".";
+}
+
+std::string volume_note(const Artefact& artefact, const std::string& what, double length_mm,
+                        double least, double most) {
+    if (!artefact.volume_diagonal_mm)
+        return "The artefact file states no diagonal of the volume (volume_diagonal_mm): whether "
+               "the " +
+               what + " is large enough for it was not checked.";
+    const double share = length_mm / *artefact.volume_diagonal_mm;
+    if (share >= least && share <= most) return "";
+    const std::string shares = std::isfinite(most)
+                                   ? short_number(least) + " to " + short_number(most)
+                                   : "at least " + short_number(least);
+    return falls_short("a " + what + " of " + shares + " of the volume's diagonal",
+                       "this one has " + format_number(share));
+}
+
+std::string um(double mm) {
+    const double value = 1000 * mm;
+    if (!(std::abs(value) < 9.995)) return format_number(value, 3);
+    char text[16];
+    std::snprintf(text, sizeof text, "%.2f", std::round(100 * value) / 100 + 0.0);  // no -0.00
+    return text;
+}
 
 }  // namespace stria

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -95,7 +96,17 @@ inline constexpr const char* kIndependentNote =
     "The uncertainty of a fit takes the points' errors as independent. Errors that neighbouring "
     "points share make it larger.";
 
-/// Micrometres with three digits.
+/// The note where scans or artefact fall short of what the procedure asks for: "The procedure asks
+/// for ASKED; FOUND."
+std::string falls_short(const std::string& asked, const std::string& found);
+
+/// The note where an artefact's length is not within those shares of the volume's diagonal, or
+/// where the artefact file does not state that; empty where all is well.
+/// @param most  not finite: none
+std::string volume_note(const Artefact& artefact, const std::string& what, double length_mm,
+                        double least, double most = std::numeric_limits<double>::infinity());
+
+/// Micrometres: hundredths below 10, three digits above; "-" where not known.
 std::string um(double mm);
 
 }  // namespace stria

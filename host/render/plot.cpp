@@ -17,8 +17,10 @@ bool can_show(double value, bool logarithmic) {
 
 /// Span of all values with a little air; 0..1 if there are none.
 AxisSpan span_of(const LinePlot& plot, bool of_x) {
+    const PlotAxis& axis = of_x ? plot.x : plot.y;
     AxisSpan span;
-    span.logarithmic = of_x ? plot.x.logarithmic : plot.y.logarithmic;
+    span.logarithmic = axis.logarithmic;
+    span.whole = axis.whole;
     bool any = false;
     for (const PlotSeries& s : plot.series) {
         for (const double value : of_x ? s.x : s.y) {
@@ -35,6 +37,10 @@ AxisSpan span_of(const LinePlot& plot, bool of_x) {
         return span;
     }
     if (!of_x && any && span.low > 0 && span.low < 0.5 * span.high) span.low = 0;
+    if (axis.with_zero && any) {
+        span.low = std::min(span.low, 0.0);
+        span.high = std::max(span.high, 0.0);
+    }
     const double air = span.high > span.low ? 0.04 * (span.high - span.low)
                                             : std::max(1.0, std::abs(span.high)) * 0.5;
     if (span.low != 0 || span.high <= span.low) span.low -= air;
@@ -42,11 +48,12 @@ AxisSpan span_of(const LinePlot& plot, bool of_x) {
     return span;
 }
 
-void place(AxisSpan& x, AxisSpan& y, int width, int height) {
+/// The frame, `above` pixels lower than without a legend.
+void place(AxisSpan& x, AxisSpan& y, int width, int height, int above) {
     x.from_px = kLeft;
     x.to_px = width - kRight;
-    y.from_px = height - kBottom;
-    y.to_px = kTop;
+    y.from_px = height + above - kBottom;
+    y.to_px = kTop + above;
 }
 
 std::string series_svg(const PlotSeries& s, const AxisSpan& x, const AxisSpan& y,
@@ -67,19 +74,31 @@ std::string series_svg(const PlotSeries& s, const AxisSpan& x, const AxisSpan& y
     return "<path d='" + line + "' fill='none' stroke='" + colour + "' stroke-width='1.8'/>\n";
 }
 
-std::string legend_svg(const std::vector<std::pair<std::string, std::string>>& entries,
-                       double right) {
-    std::string out;
-    double y = kTop + 14;
+struct Legend {
+    std::string svg;
+    int height = 0;  ///< px; 0: no entry has a name
+};
+
+/// Names and colours in rows above the frame, where they hide no values.
+Legend legend_of(const std::vector<std::pair<std::string, std::string>>& entries, int width) {
+    constexpr double kMark = 16, kLetter = 6.8, kGap = 14;  // px; letters as wide as they get
+    constexpr int kRow = 16;
+    Legend legend;
+    double x = kLeft;
     for (const auto& [name, colour] : entries) {
         if (name.empty()) continue;
-        out += "<rect x='" + svg_number(right - 14) + "' y='" + svg_number(y - 9) +
-               "' width='10' height='10' fill='" + colour + "'/>\n<text x='" +
-               svg_number(right - 20) + "' y='" + svg_number(y) +
-               "' text-anchor='end' fill='currentColor'>" + escape_markup(name) + "</text>\n";
-        y += 16;
+        const double wide = kMark + kLetter * static_cast<double>(name.size());
+        if (legend.height == 0 || x + wide > width - kRight) {
+            x = kLeft;
+            legend.height += kRow;
+        }
+        legend.svg += "<rect x='" + svg_number(x) + "' y='" + svg_number(legend.height - 10) +
+                      "' width='10' height='10' fill='" + colour + "'/>\n<text x='" +
+                      svg_number(x + kMark) + "' y='" + svg_number(legend.height - 1) +
+                      "' fill='currentColor'>" + escape_markup(name) + "</text>\n";
+        x += wide + kGap;
     }
-    return out;
+    return legend;
 }
 
 struct Bins {
@@ -127,15 +146,16 @@ std::string line_plot_svg(const LinePlot& plot) {
                                         std::to_string(s.x.size()) + " x and " +
                                         std::to_string(s.y.size()) + " y");
     AxisSpan x = span_of(plot, true), y = span_of(plot, false);
-    place(x, y, plot.width, plot.height);
-    std::string out = svg_open(plot.width, plot.height);
+    std::vector<std::pair<std::string, std::string>> entries;
+    for (std::size_t i = 0; i < plot.series.size(); ++i)
+        entries.emplace_back(plot.series[i].name, series_colour(i));
+    const Legend legend = legend_of(entries, plot.width);
+    place(x, y, plot.width, plot.height, legend.height);
+    std::string out = svg_open(plot.width, plot.height + legend.height);
     out += svg_axes(x, y, axis_title(plot.x), axis_title(plot.y));
-    std::vector<std::pair<std::string, std::string>> legend;
-    for (std::size_t i = 0; i < plot.series.size(); ++i) {
+    for (std::size_t i = 0; i < plot.series.size(); ++i)
         out += series_svg(plot.series[i], x, y, series_colour(i));
-        legend.emplace_back(plot.series[i].name, series_colour(i));
-    }
-    return out + legend_svg(legend, x.to_px) + "</svg>\n";
+    return out + legend.svg + "</svg>\n";
 }
 
 std::string histogram_svg(const Histogram& h) {
@@ -154,9 +174,13 @@ std::string histogram_svg(const Histogram& h) {
                            std::exp(-0.5 * z * z));
         y.high = std::max(y.high, 1.08 * normal.y.back());
     }
-    place(x, y, h.width, h.height);
+    Legend legend;
+    if (h.normal_sigma > 0)
+        legend =
+            legend_of({{"measured", series_colour(0)}, {h.normal_name, series_colour(1)}}, h.width);
+    place(x, y, h.width, h.height, legend.height);
     const bool outside = bins.below + bins.above > 0;
-    std::string out = svg_open(h.width, h.height + (outside ? 18 : 0));
+    std::string out = svg_open(h.width, h.height + legend.height + (outside ? 18 : 0));
     for (std::size_t i = 0; i < bins.counts.size(); ++i) {
         const double left = x.at(bins.low + bins.width() * static_cast<double>(i));
         const double right = x.at(bins.low + bins.width() * static_cast<double>(i + 1));
@@ -166,13 +190,11 @@ std::string histogram_svg(const Histogram& h) {
                svg_number(y.from_px - top) + "' fill='" + series_colour(0) + "'/>\n";
     }
     out += svg_axes(x, y, axis_title(h.x), h.y_label);
-    if (h.normal_sigma > 0) {
-        out += series_svg(normal, x, y, series_colour(1));
-        out += legend_svg({{"measured", series_colour(0)}, {h.normal_name, series_colour(1)}},
-                          x.to_px);
-    }
+    if (h.normal_sigma > 0) out += series_svg(normal, x, y, series_colour(1));
+    out += legend.svg;
     if (outside)
-        out += "<text x='" + svg_number(kLeft) + "' y='" + std::to_string(h.height + 8) +
+        out += "<text x='" + svg_number(kLeft) + "' y='" +
+               std::to_string(h.height + legend.height + 8) +
                "' fill='currentColor' fill-opacity='0.75'>outside the range: " +
                std::to_string(bins.below) + " below, " + std::to_string(bins.above) +
                " above, of " + std::to_string(bins.total) + "</text>\n";

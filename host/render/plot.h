@@ -11,10 +11,12 @@ struct PlotAxis {
     std::string label;
     std::string unit;
     bool logarithmic = false;  ///< values that are not positive are left out
+    bool whole = false;        ///< ticks at whole numbers only: what is counted
+    bool with_zero = false;    ///< zero is in view whatever the values are
 };
 
 struct PlotSeries {
-    std::string name;  ///< in the legend; empty: none
+    std::string name;  ///< in the legend above the frame; empty: none
     std::vector<double> x, y;
     bool points = false;  ///< dots instead of a line
 };

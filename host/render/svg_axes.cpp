@@ -1,5 +1,6 @@
 #include "host/render/svg_axes.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -42,6 +43,7 @@ std::vector<double> tick_values(const AxisSpan& span, int wanted) {
     double step = 10 * power;
     for (const double candidate : {5.0, 2.0, 1.0})
         if (candidate * power >= raw * (1 - 1e-9)) step = candidate * power;
+    if (span.whole) step = std::max(step, 1.0);
     for (double k = std::ceil(span.low / step - 1e-9); k * step <= span.high + 1e-9 * step; ++k)
         ticks.push_back(k == 0 ? 0.0 : k * step);
     return ticks;

@@ -11,6 +11,7 @@ struct AxisSpan {
     double low = 0, high = 1;  ///< values, low < high
     bool logarithmic = false;
     double from_px = 0, to_px = 1;
+    bool whole = false;  ///< ticks at whole numbers only
 
     /// Pixel of a value; not finite for values a logarithmic axis cannot show.
     double at(double value) const;

@@ -7,14 +7,14 @@
 
 namespace stria {
 
-void ask_for_large_pages(const void* begin, std::size_t size) {
+void ask_for_large_pages(void* begin, std::size_t size) {
     constexpr std::uintptr_t kPage = std::uintptr_t{1} << 21;
     const auto at = reinterpret_cast<std::uintptr_t>(begin);
     const std::uintptr_t first = (at + kPage - 1) / kPage * kPage,
                          past = (at + size) / kPage * kPage;
     if (first >= past) return;
     const int before = errno;
-    madvise(reinterpret_cast<void*>(first), past - first, MADV_HUGEPAGE);
+    madvise(static_cast<std::uint8_t*>(begin) + (first - at), past - first, MADV_HUGEPAGE);
     errno = before;
 }
 

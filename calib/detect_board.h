@@ -21,10 +21,12 @@ struct Detection {
 /// circle grids whole or not at all, ChArUco boards from 6 corners on. Points are numbered as
 /// board_points() does, never mirrored. A chessboard that looks the same after half a turn (see
 /// looks_same_turned) and every circle grid may come out turned in its plane. Refuses with a
-/// reason: not found; too few corners; a wrong board (more squares than expected, markers that are
-/// not where the board puts them). Circle centres are those of the discs' images, which tilt moves
-/// slightly: prefer chessboards. Throws stria::Error on an unknown dictionary,
-/// std::invalid_argument on an image that is empty or has more than one channel.
+/// reason that begins with its name: "not found", "too few corners", "blur", "glare", "too
+/// oblique", "wrong board" (columns and rows swapped, another size, another dictionary, a pattern
+/// that goes on); looking for the reason takes some times as long as finding a board. Circle
+/// centres are those of the discs' images, which tilt moves slightly: prefer chessboards. Throws
+/// stria::Error on an unknown dictionary, std::invalid_argument on an image that is empty or has
+/// more than one channel.
 Detection detect_board(const GreyImage& image, const Board& board);
 
 /// True if the board cannot be told from itself turned by 180 (or 90) degrees: circle grids, and

@@ -5,37 +5,15 @@
 #include <opencv2/calib3d.hpp>
 
 #include "calib/aruco_dictionary.h"
+#include "calib/charuco_markers.h"
 #include "calib/detect_grid.h"
+#include "calib/view_faults.h"
 
 namespace stria {
 namespace {
 
 constexpr std::size_t kLeastCorners = 6;
-
-struct Markers {
-    std::vector<int> ids;
-    std::vector<std::vector<cv::Point2f>> corners;
-};
-
-/// Share of the markers whose corners one homography of the board explains, to a quarter of their
-/// side.
-double explained_share(const cv::aruco::CharucoBoard& board, const Markers& markers) {
-    std::vector<cv::Point2f> on_board, in_image;
-    double side_px = 0;
-    for (std::size_t i = 0; i < markers.ids.size(); ++i) {
-        const auto& points = board.objPoints[static_cast<std::size_t>(markers.ids[i])];
-        for (std::size_t k = 0; k < 4; ++k) {
-            on_board.emplace_back(points[k].x, points[k].y);
-            in_image.push_back(markers.corners[i][k]);
-        }
-        side_px += cv::norm(markers.corners[i][0] - markers.corners[i][2]) / 1.4142;
-    }
-    side_px /= static_cast<double>(markers.ids.size());
-    std::vector<std::uint8_t> inlier;
-    const cv::Mat h = cv::findHomography(on_board, in_image, cv::RANSAC, 0.25 * side_px, inlier);
-    if (h.empty()) return 0;
-    return cv::sum(inlier)[0] / static_cast<double>(inlier.size());
-}
+constexpr double kMarkersPx = 1280;  // of a picture whose markers can be read
 
 /// Half windows that stay clear of the neighbouring corners and of the markers.
 std::vector<double> window_sizes(const Board& board, const std::map<int, cv::Point2f>& corners) {
@@ -61,40 +39,56 @@ Detection refused(const std::string& why) {
     return none;
 }
 
+/// Corners of a charuco board in a picture, by id; at least 0 of them.
+std::map<int, cv::Point2f> corners_between(const cv::Mat& image, const Markers& markers,
+                                           const cv::Ptr<cv::aruco::CharucoBoard>& charuco) {
+    std::vector<cv::Point2f> found;
+    std::vector<int> ids;
+    if (!markers.ids.empty())
+        cv::aruco::interpolateCornersCharuco(markers.corners, markers.ids, image, charuco, found,
+                                             ids);
+    std::map<int, cv::Point2f> by_id;
+    for (std::size_t i = 0; i < ids.size(); ++i) by_id[ids[i]] = found[i];
+    return by_id;
+}
+
+/// Why markers of the right board give no corners, or why there are none.
+std::string why_no_corners(const cv::Mat& image, const Board& board, const Markers& markers,
+                           std::size_t corners) {
+    const auto charuco = charuco_board(board);
+    const auto find = [&](const cv::Mat& picture) {
+        const Markers seen = with_ids_below(find_markers(picture, charuco->dictionary),
+                                            static_cast<int>(charuco->ids.size()));
+        return seen.ids.size() >= 2 && explained_share(*charuco, seen) >= 0.7 &&
+               corners_between(picture, seen, charuco).size() >= kLeastCorners;
+    };
+    if (const std::string why = oblique_if_found_stretched(image, find, kMarkersPx); !why.empty())
+        return why;
+    if (const std::string why = blur_of_picture(image); !why.empty()) return why;
+    if (markers.ids.empty()) return "not found: no marker of " + board.dictionary;
+    std::vector<cv::Point2f> points;
+    for (const auto& marker : markers.corners)
+        points.insert(points.end(), marker.begin(), marker.end());
+    const double side = cv::norm(markers.corners[0][0] - markers.corners[0][1]);
+    const double board_px =
+        side * std::max(board.columns, board.rows) * board.pitch_mm / board.marker_mm;
+    if (const std::string why = glare_near(image, part_around(points, board_px)); !why.empty())
+        return why;
+    return "too few corners: " + std::to_string(corners) + " found, at least " +
+           std::to_string(kLeastCorners) + " needed";
+}
+
 }  // namespace
 
 Detection detect_charuco(const cv::Mat& image, const Board& board) {
     const auto charuco = charuco_board(board);
-    const auto parameters = cv::aruco::DetectorParameters::create();
-    Markers markers;
-    std::vector<std::vector<cv::Point2f>> rejected;
-    cv::aruco::detectMarkers(image, charuco->dictionary, markers.corners, markers.ids, parameters,
-                             rejected);
-    if (markers.ids.empty()) return refused("no marker of " + board.dictionary + " found");
-    const int known = static_cast<int>(charuco->ids.size());
-    const auto strangers =
-        std::count_if(markers.ids.begin(), markers.ids.end(), [&](int id) { return id >= known; });
-    if (2 * strangers >= static_cast<long>(markers.ids.size()))
-        return refused("wrong board: " + std::to_string(strangers) + " of " +
-                       std::to_string(markers.ids.size()) + " markers have ids above " +
-                       std::to_string(known - 1));
-    for (std::size_t i = markers.ids.size(); i-- > 0;)
-        if (markers.ids[i] >= known) {
-            markers.ids.erase(markers.ids.begin() + static_cast<long>(i));
-            markers.corners.erase(markers.corners.begin() + static_cast<long>(i));
-        }
-    if (markers.ids.size() >= 2 && explained_share(*charuco, markers) < 0.7)
-        return refused("wrong board: the markers are not where " + to_string(board) + " puts them");
+    const Markers all = find_markers(image, charuco->dictionary);
+    if (const std::string why = wrong_charuco(image, board, all); !why.empty()) return refused(why);
+    const Markers markers = with_ids_below(all, static_cast<int>(charuco->ids.size()));
+    const auto by_id = corners_between(image, markers, charuco);
+    if (by_id.size() < kLeastCorners)
+        return refused(why_no_corners(image, board, markers, by_id.size()));
 
-    std::vector<cv::Point2f> found;
-    std::vector<int> ids;
-    cv::aruco::interpolateCornersCharuco(markers.corners, markers.ids, image, charuco, found, ids);
-    if (ids.size() < kLeastCorners)
-        return refused("too few corners: " + std::to_string(ids.size()) + " found, at least " +
-                       std::to_string(kLeastCorners) + " needed");
-
-    std::map<int, cv::Point2f> by_id;
-    for (std::size_t i = 0; i < ids.size(); ++i) by_id[ids[i]] = found[i];
     std::vector<cv::Point2f> ordered;
     for (const auto& [id, corner] : by_id) ordered.push_back(corner);
     refine_corners(image, ordered, window_sizes(board, by_id));
@@ -102,7 +96,7 @@ Detection detect_charuco(const cv::Mat& image, const Board& board) {
     Detection detection;
     for (const auto& [id, corner] : by_id) detection.ids.push_back(id);
     for (const cv::Point2f& corner : ordered) detection.pixels.emplace_back(corner.x, corner.y);
-    return detection;
+    return without_faults(image, board, std::move(detection));
 }
 
 }  // namespace stria

@@ -2,27 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+
+#include "calib/view_faults.h"
 
 namespace stria {
 namespace {
 
 using Corners = std::vector<cv::Point2f>;
 
-/// Row by row corners of a grid that may have been found mirrored: swapped so that x of the board,
-/// y of the board and the viewing direction are right-handed.
-void make_right_handed(Corners& corners, int columns, int rows) {
-    const auto at = [&](int row, int column) {
-        return corners[static_cast<std::size_t>(row * columns + column)];
-    };
-    const cv::Point2f x = at(0, columns - 1) - at(0, 0);
-    const cv::Point2f y = at(rows - 1, 0) - at(0, 0);
-    if (x.x * y.y - x.y * y.x > 0) return;
-    for (int row = 0; row < rows; ++row)
-        std::reverse(corners.begin() + row * columns, corners.begin() + (row + 1) * columns);
-}
+constexpr int kSmallest = 3;  // corners a side: less is no chessboard
 
 double grey_at(const cv::Mat& image, double x, double y) {
     const int column = static_cast<int>(std::lround(x)), row = static_cast<int>(std::lround(y));
@@ -56,20 +46,28 @@ class SquareSampler {
     int columns_, rows_;
 };
 
-/// Mean of the squares that should be white minus that of those that should be black.
-double contrast(const cv::Mat& image, const Corners& corners, int columns, int rows) {
+/// Mean grey of the squares below right of corner (r, c), by the parity of r + c.
+struct Levels {
+    double even = 0, odd = 0;
+};
+Levels levels(const cv::Mat& image, const Corners& corners, int columns, int rows) {
     const SquareSampler grey(image, corners, columns, rows);
     double sum[2] = {0, 0};
     int count[2] = {0, 0};
     for (int r = 0; r + 1 < rows; ++r)
         for (int c = 0; c + 1 < columns; ++c) {
-            // The square right below corner (0, 0) has the colour of the one above it: black.
-            const int white = (r + c) % 2;
-            sum[white] += grey(c + 0.5, r + 0.5);
-            ++count[white];
+            sum[(r + c) % 2] += grey(c + 0.5, r + 0.5);
+            ++count[(r + c) % 2];
         }
-    if (count[0] == 0 || count[1] == 0) return 0;
-    return sum[1] / count[1] - sum[0] / count[0];
+    if (count[0] == 0 || count[1] == 0) return {};
+    return {sum[0] / count[0], sum[1] / count[1]};
+}
+
+/// Mean of the squares that should be white minus that of those that should be black: the square
+/// right below corner (0, 0) has the colour of the one above it, black.
+double contrast(const cv::Mat& image, const Corners& corners, int columns, int rows) {
+    const Levels level = levels(image, corners, columns, rows);
+    return level.odd - level.even;
 }
 
 /// True if the pattern goes on past one of its sides: one square beyond the outermost corners there
@@ -111,14 +109,6 @@ std::vector<double> window_sizes(const Corners& corners, int columns, int rows) 
     return half;
 }
 
-Detection make_detection(const Corners& corners) {
-    Detection detection;
-    detection.ids.resize(corners.size());
-    std::iota(detection.ids.begin(), detection.ids.end(), 0);
-    for (const cv::Point2f& corner : corners) detection.pixels.emplace_back(corner.x, corner.y);
-    return detection;
-}
-
 /// The sector-based detector first: fast, found or not. The classic one takes seconds on large
 /// images that hold no such board, so it sees a smaller picture; refinement follows on the full
 /// one.
@@ -140,24 +130,96 @@ bool find_chessboard(const cv::Mat& image, cv::Size size, Corners& corners) {
     return true;
 }
 
-/// Size of a chessboard in the picture that has more corners than `size`; empty if there is none.
-cv::Size larger_chessboard(const cv::Mat& image, cv::Size size) {
+/// The chessboard of at least that size in the picture, row by row; empty if there is none.
+struct AnyChessboard {
+    cv::Size size;
     Corners corners;
+};
+AnyChessboard chessboard_from(const cv::Mat& image, cv::Size least) {
+    AnyChessboard found;
     cv::Mat meta;
     const int flags = cv::CALIB_CB_NORMALIZE_IMAGE + cv::CALIB_CB_EXHAUSTIVE + cv::CALIB_CB_LARGER;
-    if (!cv::findChessboardCornersSB(image, size, corners, flags, meta)) return {};
-    return meta.cols * meta.rows > size.width * size.height ? meta.size() : cv::Size();
+    if (cv::findChessboardCornersSB(image, least, found.corners, flags, meta))
+        found.size = meta.size();
+    return found;
 }
 
-cv::Ptr<cv::FeatureDetector> blob_detector(const cv::Mat& image, const Board& board, bool wide) {
-    cv::SimpleBlobDetector::Params params;
-    if (wide) {
-        params.minArea = 12;
-        params.maxArea =
-            static_cast<float>(image.total()) / static_cast<float>(board.columns * board.rows);
-        params.minDistBetweenBlobs = 5;
+std::string inner_corners(cv::Size size) {
+    return std::to_string(size.width) + " x " + std::to_string(size.height) + " inner corners";
+}
+
+/// A chessboard's corners may have been numbered along either side: the longer side is named where
+/// the expected board has its own.
+cv::Size named_as(cv::Size shown, cv::Size expected) {
+    const auto [shorter, longer] = std::minmax(shown.width, shown.height);
+    return expected.width >= expected.height ? cv::Size(longer, shorter)
+                                             : cv::Size(shorter, longer);
+}
+
+std::string other_size(cv::Size shown, cv::Size expected) {
+    return "wrong board: the picture shows " + inner_corners(named_as(shown, expected)) +
+           ", expected " + inner_corners(expected);
+}
+
+bool same_sides(cv::Size a, cv::Size b) { return named_as(a, b) == b; }
+
+/// True if the shown corners may be some of the expected board's.
+bool may_be_part(cv::Size shown, cv::Size expected) {
+    const cv::Size named = named_as(shown, expected);
+    return named.width <= expected.width && named.height <= expected.height;
+}
+
+/// True if nothing of the board is hidden: beyond the outermost corners come squares that go on
+/// alternating, and white paper beyond those, in the picture all round.
+bool ends_in_paper(const cv::Mat& image, const AnyChessboard& board) {
+    const int columns = board.size.width, rows = board.size.height;
+    const SquareSampler grey(image, board.corners, columns, rows);
+    Levels level = levels(image, board.corners, columns, rows);
+    const bool swapped = level.even > level.odd;
+    if (swapped) std::swap(level.even, level.odd);
+    const double step = level.odd - level.even;
+    int all = 0, squares = 0, paper = 0;
+    const auto look = [&](int c, int r, double c_out, double r_out) {
+        const bool white = ((r + c) % 2 != 0) != swapped;
+        const double at = grey(c + 0.5, r + 0.5), beyond = grey(c_out, r_out);
+        ++all;
+        squares += at >= 0 && (at > level.even + 0.5 * step) == white;
+        paper += beyond > level.even + 0.7 * step;
+    };
+    for (int c = 0; c + 1 < columns; ++c) {
+        look(c, -1, c + 0.5, -1.3);
+        look(c, rows - 1, c + 0.5, rows + 0.3);
     }
-    return cv::SimpleBlobDetector::create(params);
+    for (int r = 0; r + 1 < rows; ++r) {
+        look(-1, r, -1.3, r + 0.5);
+        look(columns - 1, r, columns + 0.3, r + 0.5);
+    }
+    return squares >= 0.9 * all && paper >= 0.9 * all;
+}
+
+/// Why a chessboard was not found.
+std::string why_no_chessboard(const cv::Mat& image, cv::Size size) {
+    const AnyChessboard any = chessboard_from(image, cv::Size(kSmallest, kSmallest));
+    const bool other = !any.size.empty() && !same_sides(any.size, size);
+    std::string glare;
+    if (other && may_be_part(any.size, size)) {
+        const double missing =
+            std::max(size.width, size.height) * cv::norm(any.corners[1] - any.corners[0]);
+        glare = glare_near(image, part_around(any.corners, missing));
+    }
+    if (!glare.empty()) return glare;
+    if (other && ends_in_paper(image, any)) return other_size(any.size, size);
+    const auto find = [&](const cv::Mat& picture) {
+        Corners corners;
+        return cv::findChessboardCornersSB(picture, size, corners, cv::CALIB_CB_NORMALIZE_IMAGE);
+    };
+    if (const std::string why = oblique_if_found_stretched(image, find); !why.empty()) return why;
+    if (other)
+        return "too few corners: only " + inner_corners(named_as(any.size, size)) + " of " +
+               inner_corners(size) +
+               " are seen: is part of the board covered, or outside the picture?";
+    if (const std::string why = blur_of_picture(image); !why.empty()) return why;
+    return "not found: no chessboard of " + inner_corners(size);
 }
 
 }  // namespace
@@ -166,19 +228,18 @@ Detection detect_chessboard(const cv::Mat& image, const Board& board) {
     const int columns = board.columns, rows = board.rows;
     Detection none;
     Corners corners;
-    if (columns < 3 || rows < 3) {
+    const cv::Size size(columns, rows);
+    if (columns < kSmallest || rows < kSmallest) {
         none.refusal = "a chessboard needs at least 3 x 3 inner corners to be found";
         return none;
     }
-    if (const cv::Size more = larger_chessboard(image, cv::Size(columns, rows)); !more.empty()) {
-        none.refusal = "wrong board: the picture shows " + std::to_string(more.width) + " x " +
-                       std::to_string(more.height) + " inner corners, expected " +
-                       std::to_string(columns) + " x " + std::to_string(rows);
+    const AnyChessboard larger = chessboard_from(image, size);
+    if (larger.size.area() > size.area()) {
+        none.refusal = other_size(larger.size, size);
         return none;
     }
-    if (!find_chessboard(image, cv::Size(columns, rows), corners)) {
-        none.refusal = "chessboard of " + std::to_string(columns) + " x " + std::to_string(rows) +
-                       " inner corners not found";
+    if (!find_chessboard(image, size, corners)) {
+        none.refusal = why_no_chessboard(image, size);
         return none;
     }
     make_right_handed(corners, columns, rows);
@@ -193,28 +254,7 @@ Detection detect_chessboard(const cv::Mat& image, const Board& board) {
         return none;
     }
     refine_corners(image, corners, window_sizes(corners, columns, rows));
-    return make_detection(corners);
-}
-
-Detection detect_circles(const cv::Mat& image, const Board& board) {
-    const cv::Size size(board.columns, board.rows);
-    const bool asymmetric = board.kind == BoardKind::acircles;
-    const int kind = asymmetric ? cv::CALIB_CB_ASYMMETRIC_GRID : cv::CALIB_CB_SYMMETRIC_GRID;
-    Corners centres;
-    bool found = false;
-    for (bool wide : {false, true})
-        for (int extra : {0, int{cv::CALIB_CB_CLUSTERING}})
-            if (!found)
-                found = cv::findCirclesGrid(image, size, centres, kind + extra,
-                                            blob_detector(image, board, wide));
-    if (!found) {
-        Detection none;
-        none.refusal = "grid of " + std::to_string(size.width) + " x " +
-                       std::to_string(size.height) + " circles not found";
-        return none;
-    }
-    if (!asymmetric) make_right_handed(centres, size.width, size.height);
-    return make_detection(centres);
+    return without_faults(image, board, make_detection(corners));
 }
 
 }  // namespace stria

@@ -83,9 +83,12 @@ class CalibrateCameraVerb final : public Verb {
             }
             progress.update(i + 1);
         }
-        if (result.views.empty())
-            throw Error("the board " + to_string(board) + " was found in none of " +
-                        std::to_string(images_.size()) + " pictures");
+        if (result.views.empty()) {
+            std::string why = "the board " + to_string(board) + " was found in none of " +
+                              std::to_string(images_.size()) + " pictures";
+            for (const std::string& line : result.refused_lines) why += "\n  " + line;
+            throw Error(why);
+        }
         return result;
     }
 

@@ -106,10 +106,10 @@ class VerifyBarVerb final : public VerifyVerb {
         maps.scale = residual_scale(residuals);
         for (std::size_t i = 0; i < positions_.size(); ++i) {
             const Position& position = positions_[i];
-            std::vector<std::string> row = {
-                names_[i], format_number(position.spacing.measured_mm, 7),
-                format_number(position.spacing.calibrated_mm, 7), um(position.spacing.error_mm()),
-                um(position.spacing.expanded_mm)};
+            std::vector<std::string> row = {names_[i], mm_text(position.spacing.measured_mm),
+                                            mm_text(position.spacing.calibrated_mm),
+                                            um(position.spacing.error_mm()),
+                                            um(position.spacing.expanded_mm)};
             const auto both = [&](auto&& text) {
                 for (std::size_t k = 0; k < 2; ++k) row.push_back(text(k));
             };

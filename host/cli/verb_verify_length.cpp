@@ -124,7 +124,7 @@ class VerifyLengthVerb final : public VerifyVerb {
                 table.rows.push_back(
                     {names_[i],
                      std::to_string(length.from + 1) + " to " + std::to_string(length.to + 1),
-                     format_number(length.measured_mm, 7), format_number(length.calibrated_mm, 7),
+                     mm_text(length.measured_mm), mm_text(length.calibrated_mm),
                      um(length.error_mm()), um(length.expanded_mm), limit ? um(*limit) : "-"});
                 dots.x.push_back(length.calibrated_mm);
                 dots.y.push_back(1000 * length.error_mm());

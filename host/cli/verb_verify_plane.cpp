@@ -13,18 +13,19 @@ namespace {
 
 constexpr std::size_t kPositionsAsked = 6;
 
-/// Residuals as seen along the plane's normal, its longer side to the right, in a square.
+/// Residuals as seen along the plane's normal, its longer side to the right.
 ColourImage residual_map(const MeasuredPlane& plane, const ColourScale& scale) {
     const Eigen::Vector3d across = plane.normal.cross(plane.along);
+    const double height = plane.size_mm.y() / plane.size_mm.x();
     std::vector<Eigen::Vector2d> places;
     std::vector<float> values;
     for (std::size_t i = 0; i < plane.points.positions.size(); ++i) {
         const Eigen::Vector3d off = plane.points.positions[i] - plane.centre;
         places.emplace_back(0.5 + off.dot(plane.along) / plane.size_mm.x(),
-                            0.5 - off.dot(across) / plane.size_mm.x());
+                            height / 2 - off.dot(across) / plane.size_mm.x());
         values.push_back(static_cast<float>(1000 * plane.form.residuals_mm[i]));
     }
-    return scattered_picture(places, values, scale);
+    return scattered_picture(places, values, scale, height);
 }
 
 class VerifyPlaneVerb final : public VerifyVerb {
@@ -89,8 +90,8 @@ class VerifyPlaneVerb final : public VerifyVerb {
                 format_number(artefact_.margin_mm) +
                 " mm along the border left out. The flatness expected is what random noise of the "
                 "predicted size alone shows.",
-            {"scan", "F (um)", "expected (um)", "F, none rejected (um)", "D95 (um)", "points",
-             "rejected", "used (mm)", "incidence (deg)"},
+            {"scan", "used (mm)", "F (um)", "expected (um)", "F, none rejected (um)", "D95 (um)",
+             "points", "rejected", "incidence (deg)"},
             {}};
         std::vector<double> flatness, expected;
         std::vector<Eigen::Vector3d> places;
@@ -103,9 +104,10 @@ class VerifyPlaneVerb final : public VerifyVerb {
             const MeasuredPlane& plane = positions_[i];
             const FormFigures& f = plane.form;
             table.rows.push_back(
-                {names_[i], um(f.form_mm), um(f.expected_form_mm), um(f.form_all_mm), um(f.d95_mm),
-                 std::to_string(f.points_used), std::to_string(f.rejected),
+                {names_[i],
                  format_number(plane.used_mm.x()) + " x " + format_number(plane.used_mm.y()),
+                 um(f.form_mm), um(f.expected_form_mm), um(f.form_all_mm), um(f.d95_mm),
+                 std::to_string(f.points_used), std::to_string(f.rejected),
                  format_number(plane.incidence_rad * 180 / std::numbers::pi)});
             flatness.push_back(f.form_mm);
             expected.push_back(f.expected_form_mm);

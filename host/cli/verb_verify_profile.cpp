@@ -95,9 +95,8 @@ class VerifyProfileVerb final : public VerifyVerb {
         PlotSeries points = dots;
         for (std::size_t i = 0; i < planes_.size(); ++i) {
             const TravelStep& step = figures.steps[i];
-            table.rows.push_back({names_[i], format_number(step.true_mm, 6),
-                                  format_number(step.measured_mm, 6), um(step.error_mm),
-                                  um(step.point_sigma_mm),
+            table.rows.push_back({names_[i], mm_text(step.true_mm), mm_text(step.measured_mm),
+                                  um(step.error_mm), um(step.point_sigma_mm),
                                   std::to_string(planes_[i].form.points_used)});
             dots.x.push_back(step.true_mm);
             dots.y.push_back(1000 * step.error_mm);

@@ -12,6 +12,8 @@
 namespace stria {
 namespace {
 
+constexpr int kSide = 240;  // px, of a map
+
 /// The cells of a grid blown up to whole squares of pixels.
 ColourImage enlarged(const ColourImage& small, int factor) {
     ColourImage large(small.width * factor, small.height * factor, 3);
@@ -37,20 +39,21 @@ PlotSeries permitted_lines(double from, double to, double mpe_mm, bool both) {
 
 ColourImage scattered_picture(const std::vector<Eigen::Vector2d>& places,
                               const std::vector<float>& values, const ColourScale& scale,
-                              int side_px) {
+                              double height) {
     // Three points a cell or more, so that few cells of the surface stay empty; whole pixels a
     // cell.
-    const int wanted =
-        std::clamp(static_cast<int>(std::sqrt(static_cast<double>(places.size()) / 3)), 8, side_px);
-    const int enlargement = (side_px + wanted - 1) / wanted;
-    const int cells = side_px / enlargement;
-    const auto count = static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells);
+    const int wanted = std::clamp(
+        static_cast<int>(std::sqrt(static_cast<double>(places.size()) / (3 * height))), 8, kSide);
+    const int enlargement = (kSide + wanted - 1) / wanted;
+    const int columns = kSide / enlargement;
+    const int rows = std::max(1, static_cast<int>(std::lround(height * columns)));
+    const auto count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
     std::vector<float> sums(count, 0.0F);
     std::vector<int> counts(count, 0);
     for (std::size_t i = 0; i < places.size(); ++i) {
-        const int x = std::clamp(static_cast<int>(places[i].x() * cells), 0, cells - 1);
-        const int y = std::clamp(static_cast<int>(places[i].y() * cells), 0, cells - 1);
-        const auto cell = static_cast<std::size_t>(y * cells + x);
+        const int x = std::clamp(static_cast<int>(places[i].x() * columns), 0, columns - 1);
+        const int y = std::clamp(static_cast<int>(places[i].y() / height * rows), 0, rows - 1);
+        const auto cell = static_cast<std::size_t>(y * columns + x);
         sums[cell] += values[i];
         ++counts[cell];
     }
@@ -60,8 +63,7 @@ ColourImage scattered_picture(const std::vector<Eigen::Vector2d>& places,
         mask[i] = 1;
         sums[i] /= static_cast<float>(counts[i]);
     }
-    const ColourImage small = picture_of_values(cells, cells, sums, mask, scale, side_px);
-    return enlarged(small, enlargement);
+    return enlarged(picture_of_values(columns, rows, sums, mask, scale, kSide), enlargement);
 }
 
 ColourImage residual_map(const MeasuredSphere& sphere, const ColourScale& scale) {

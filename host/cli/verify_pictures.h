@@ -10,11 +10,11 @@
 /// Pictures and drawings of the verification pages.
 namespace stria {
 
-/// Values at places of the unit square, as a picture about `side_px` wide whose cells are as small
-/// as the number of places allows; empty cells are white.
+/// Values at places of a rectangle 1 wide and `height` high, as a picture about 240 pixels wide
+/// whose cells are as small as the number of places allows; empty cells are white.
 ColourImage scattered_picture(const std::vector<Eigen::Vector2d>& places,
                               const std::vector<float>& values, const ColourScale& scale,
-                              int side_px = 240);
+                              double height = 1);
 
 /// A sphere's residuals as seen along the middle of the measured part, the angle from it as radius.
 ColourImage residual_map(const MeasuredSphere& sphere, const ColourScale& scale);

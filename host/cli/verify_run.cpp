@@ -201,6 +201,12 @@ std::string volume_note(const Artefact& artefact, const std::string& what, doubl
                        "this one has " + format_number(share));
 }
 
+std::string mm_text(double mm) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.4f", mm);
+    return text;
+}
+
 std::string um(double mm) {
     const double value = 1000 * mm;
     if (!(std::abs(value) < 9.995)) return format_number(value, 3);

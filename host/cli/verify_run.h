@@ -106,6 +106,9 @@ std::string falls_short(const std::string& asked, const std::string& found);
 std::string volume_note(const Artefact& artefact, const std::string& what, double length_mm,
                         double least, double most = std::numeric_limits<double>::infinity());
 
+/// A length in mm to a tenth of a micrometre.
+std::string mm_text(double mm);
+
 /// Micrometres: hundredths below 10, three digits above; "-" where not known.
 std::string um(double mm);
 

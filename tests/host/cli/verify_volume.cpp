@@ -134,7 +134,7 @@ std::vector<Rigid3> plate_positions() {
           Vector3d(0, -0.35, 0), Vector3d(0.2, 0.2, 0.5)}) {
         const auto i = static_cast<double>(poses.size());
         const double depth = kMiddleMm + (poses.size() % 2 == 0 ? 35 : -5);
-        poses.push_back({rotation_from_vector(turn), {5 * i - 12.5, 0, -depth}});
+        poses.push_back({rotation_from_vector(turn), {5 * i - 12.5, 6 * (i - 2.5), -depth}});
     }
     return poses;
 }

@@ -6,6 +6,7 @@
 #include "host/verify/beam.h"
 #include "host/verify/flatness.h"
 #include "host/verify/probing.h"
+#include "host/verify/travel.h"
 #include "tests/host/cli/verify_volume.h"
 
 /// The acceptance figures asked of a simulated scanner in a volume of 300 mm: probing size <= 10
@@ -84,6 +85,33 @@ TEST(VerifyVolumeLong, FlatnessIsWhatNoiseShows) {
         std::fflush(stdout);
         EXPECT_LE(plane.form.form_mm, 1.3 * plane.form.expected_form_mm) << name;
     }
+}
+
+/// A plate that travels along its normal, from the near to the far end of the volume and back.
+TEST(VerifyVolumeLong, ProfileIsLinearAndRepeats) {
+    const Eigen::Matrix3d turn = rotation_from_vector({0.15, 0.1, 0});
+    const std::vector<double> travelled = {-70, -35, 0, 35, 70, 35, 0, -35, -70};
+    std::mt19937 rng(4);
+    std::vector<MeasuredPlane> planes;
+    for (std::size_t i = 0; i < travelled.size(); ++i) {
+        const Rigid3 pose{turn,
+                          turn * Eigen::Vector3d(0, 0, travelled[i]) + Eigen::Vector3d(0, 0, -420)};
+        const RangeImage image = scan_volume(volume_scene(0.4), {volume_plate(pose, {60, 40})},
+                                             static_cast<unsigned>(400 + i));
+        keep_scan("travel" + std::to_string(i + 1), image);
+        planes.push_back(
+            measure_plane(scan_points(image), {.size_mm = {60, 40}, .margin_mm = 2}, rng));
+    }
+    const TravelFigures figures = travel_figures(planes, travelled);
+    for (const TravelStep& step : figures.steps)
+        std::printf("travelled %4.0f mm: error %6.2f um, a point %.2f um, the plane %.2f um\n",
+                    step.true_mm, 1000 * step.error_mm, 1000 * step.point_sigma_mm,
+                    1000 * step.plane_sigma_mm);
+    std::printf("linearity %.2f um, repeatability %.2f um, scale %.1f um a metre\n",
+                1000 * figures.linearity_mm, 1000 * figures.repeatability_mm,
+                1e6 * figures.scale_error);
+    EXPECT_LE(figures.linearity_mm, 0.002);      // mm: what the log's noise leaves of 4 um a row
+    EXPECT_LE(figures.repeatability_mm, 0.001);  // mm, one sigma
 }
 
 }  // namespace

@@ -33,9 +33,9 @@ std::vector<FoundSphere> find_all(const ScanPoints& scan, const Artefact& artefa
                                   2 * found.back().radius_mm > 1.05 * search.greatest_diameter_mm))
         found.pop_back();
     if (found.size() != wanted)
-        throw Error("found " + std::to_string(found.size()) + " spheres of about " +
-                    short_number(search.least_diameter_mm) + " mm, the artefact has " +
-                    std::to_string(wanted));
+        throw Error("spheres of about " + short_number(search.least_diameter_mm) + " mm: found " +
+                    std::to_string(found.size()) + ", the artefact has " + std::to_string(wanted) +
+                    (found.size() < wanted ? "; does one hide another from camera or laser?" : ""));
     return found;
 }
 

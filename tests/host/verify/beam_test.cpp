@@ -107,7 +107,8 @@ TEST(Beam, RefusesAnotherBar) {
     EXPECT_NE(refusal(scan, bar(33, 33, 100)).find("the artefact's is 33"), std::string::npos);
     EXPECT_NE(refusal(scan, bar(30, 27, 100)).find("the artefact's is 27"), std::string::npos);
     EXPECT_NE(refusal(scan, bar(30, 30, 105)).find("105"), std::string::npos);
-    EXPECT_NE(refusal(scan_of({30}, {0}, 0.01, 6), bar(30, 30, 100)).find("found 1 spheres"),
+    EXPECT_NE(refusal(scan_of({30}, {0}, 0.01, 6), bar(30, 30, 100))
+                  .find("found 1, the artefact has 2; does one hide"),
               std::string::npos);
     EXPECT_NE(
         refusal(scan_of({30, 30, 30}, {0, 50, 100}, 0.01, 7), bar(30, 30, 100)).find("found 3"),

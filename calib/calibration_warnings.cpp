@@ -54,4 +54,15 @@ std::vector<std::string> calibration_warnings(const ScannerCalibration& result,
     return warnings;
 }
 
+std::string far_from_drawing(const AxisModel& solved, const AxisModel& drawn, double most_rad) {
+    if (drawn.kind != MachineKind::swept) return "";
+    constexpr double kDegrees = 57.29577951308232;
+    const double turn =
+        std::acos(std::clamp(solved.mirror.normal0.dot(drawn.mirror.normal0), -1.0, 1.0));
+    if (turn < most_rad) return "";
+    return "the mirror came out " + text(turn * kDegrees) +
+           " deg from its drawing, expected less than " + text(most_rad * kDegrees) +
+           ": check the drawing, or take more views";
+}
+
 }  // namespace stria

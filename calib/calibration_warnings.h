@@ -13,4 +13,8 @@ namespace stria {
 std::vector<std::string> calibration_warnings(const ScannerCalibration& result,
                                               const CalibrationCoverage& coverage);
 
+/// What to say of a mirror that came out `most_rad` or more from its drawing, where the solver's
+/// border is near: a false solution, or not the drawn machine. Empty for less, and for other axes.
+std::string far_from_drawing(const AxisModel& solved, const AxisModel& drawn, double most_rad);
+
 }  // namespace stria

@@ -16,12 +16,13 @@ Eigen::VectorXd points_moved(const ScannerModel& model, const std::vector<Volume
                              Eigen::Index parameter, double step) {
     Eigen::VectorXd delta = Eigen::VectorXd::Zero(model.covariance.rows());
     delta[parameter] = step;
-    const Channel after = perturbed(model, delta).channels[0];
-    const Channel before = perturbed(model, -delta).channels[0];
+    const std::vector<Channel> after = perturbed(model, delta).channels;
+    const std::vector<Channel> before = perturbed(model, -delta).channels;
     Eigen::VectorXd moved(3 * static_cast<Eigen::Index>(samples.size()));
     for (std::size_t i = 0; i < samples.size(); ++i) {
-        const auto a = triangulate(after, samples[i].pixel, samples[i].s);
-        const auto b = triangulate(before, samples[i].pixel, samples[i].s);
+        const VolumeSample& sample = samples[i];
+        const auto a = triangulate(after[sample.channel], sample.pixel, sample.s);
+        const auto b = triangulate(before[sample.channel], sample.pixel, sample.s);
         const auto row = 3 * static_cast<Eigen::Index>(i);
         moved.segment<3>(row).setZero();
         if (a && b) moved.segment<3>(row) = (a->point_in_scan - b->point_in_scan) / (2 * step);
@@ -43,36 +44,66 @@ Eigen::MatrixXd rigid_motions(const std::vector<Eigen::Vector3d>& points) {
     return motions;
 }
 
-}  // namespace
+/// How the points of the samples that triangulate depend on the parameters.
+struct PointResponse {
+    std::vector<std::size_t> kept;  ///< samples
+    Eigen::MatrixXd by_sigma;       ///< 3 rows a kept sample, mm per sigma of each parameter
+    Eigen::MatrixXd correlation;    ///< of the parameters
+};
 
-PredictedSigma predict_sigma(const ScannerModel& model, const std::vector<VolumeSample>& samples) {
+PointResponse respond(const ScannerModel& model, const std::vector<VolumeSample>& samples) {
+    PointResponse response;
     std::vector<VolumeSample> kept;
     std::vector<Eigen::Vector3d> points;
-    for (const VolumeSample& sample : samples)
-        if (const auto spot = triangulate(model.channels[0], sample.pixel, sample.s)) {
-            kept.push_back(sample);
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        if (const auto spot =
+                triangulate(model.channels[samples[i].channel], samples[i].pixel, samples[i].s)) {
+            response.kept.push_back(i);
+            kept.push_back(samples[i]);
             points.push_back(spot->point_in_scan);
         }
     const Eigen::Index count = model.covariance.rows();
     if (kept.size() < 4 || count == 0) return {};
 
-    Eigen::MatrixXd by_sigma = Eigen::MatrixXd::Zero(3 * Eigen::Index(kept.size()), count);
-    Eigen::VectorXd sigma = model.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+    response.by_sigma = Eigen::MatrixXd::Zero(3 * Eigen::Index(kept.size()), count);
+    const Eigen::VectorXd sigma = model.covariance.diagonal().cwiseMax(0).cwiseSqrt();
     for (Eigen::Index i = 0; i < count; ++i)
         if (sigma[i] > 0)
-            by_sigma.col(i) = sigma[i] * points_moved(model, kept, i, std::min(1e-4, sigma[i]));
+            response.by_sigma.col(i) =
+                sigma[i] * points_moved(model, kept, i, std::min(1e-4, sigma[i]));
     const Eigen::MatrixXd motions = rigid_motions(points);
-    by_sigma -= motions * motions.householderQr().solve(by_sigma);
+    response.by_sigma -= motions * motions.householderQr().solve(response.by_sigma);
 
     // Correlation instead of covariance: of a parameter in units of its own sigma.
     const Eigen::VectorXd inverse = sigma.unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; });
-    const Eigen::MatrixXd correlation =
-        inverse.asDiagonal() * model.covariance * inverse.asDiagonal();
+    response.correlation = inverse.asDiagonal() * model.covariance * inverse.asDiagonal();
+    return response;
+}
+
+Eigen::Matrix3d covariance_of(const PointResponse& response, std::size_t kept) {
+    const auto rows = response.by_sigma.middleRows<3>(3 * static_cast<Eigen::Index>(kept));
+    return rows * response.correlation * rows.transpose();
+}
+
+}  // namespace
+
+std::vector<Eigen::Matrix3d> predict_covariance(const ScannerModel& model,
+                                                const std::vector<VolumeSample>& samples) {
+    const PointResponse response = respond(model, samples);
+    if (response.kept.empty()) return {};
+    std::vector<Eigen::Matrix3d> all(samples.size(), Eigen::Matrix3d::Zero());
+    for (std::size_t i = 0; i < response.kept.size(); ++i)
+        all[response.kept[i]] = covariance_of(response, i);
+    return all;
+}
+
+PredictedSigma predict_sigma(const ScannerModel& model, const std::vector<VolumeSample>& samples) {
+    const PointResponse response = respond(model, samples);
+    if (response.kept.empty()) return {};
     std::vector<double> lengths;
     double sum = 0;
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-        const auto rows = by_sigma.middleRows<3>(3 * static_cast<Eigen::Index>(i));
-        const double variance = (rows * correlation * rows.transpose()).trace();
+    for (std::size_t i = 0; i < response.kept.size(); ++i) {
+        const double variance = covariance_of(response, i).trace();
         lengths.push_back(std::sqrt(std::max(0.0, variance)));
         sum += variance;
     }
@@ -80,16 +111,16 @@ PredictedSigma predict_sigma(const ScannerModel& model, const std::vector<Volume
     PredictedSigma predicted;
     predicted.median_mm = lengths[lengths.size() / 2];
     predicted.p95_mm = lengths[lengths.size() * 95 / 100];
-    predicted.rms_mm = std::sqrt(sum / static_cast<double>(kept.size()));
+    predicted.rms_mm = std::sqrt(sum / static_cast<double>(lengths.size()));
 
     // The combination of parameters that moves the points most, and its largest part.
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> parts(correlation);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> parts(response.correlation);
     const Eigen::MatrixXd root =
         parts.eigenvectors() * parts.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
-    const Eigen::MatrixXd effect = by_sigma * root;
+    const Eigen::MatrixXd effect = response.by_sigma * root;
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(
         Eigen::MatrixXd(effect.transpose() * effect));
-    const Eigen::VectorXd worst = root * modes.eigenvectors().col(count - 1);
+    const Eigen::VectorXd worst = root * modes.eigenvectors().rightCols<1>();
     Eigen::Index largest = 0;
     worst.cwiseAbs().maxCoeff(&largest);
     predicted.weakest = parameter_names(model)[static_cast<std::size_t>(largest)];

@@ -22,11 +22,32 @@ constexpr int kLeastStripePoints = 50;
 
 constexpr int kCellsKept = 60000;  ///< of a pulse map; a hundred times the points used
 
+/// One camera and one axis for all lasers.
+void check_channels(const std::vector<Channel>& channels) {
+    const auto refuse = [](std::size_t c, const std::string& why) {
+        throw std::invalid_argument("nominal: channel " + std::to_string(c) + " " + why);
+    };
+    if (channels.empty()) throw std::invalid_argument("nominal: 0 channels, expected 1 or more");
+    const Channel& first = channels.front();
+    for (std::size_t c = 1; c < channels.size(); ++c) {
+        const Channel& other = channels[c];
+        if (other.camera_id != first.camera_id)
+            refuse(c, "has camera " + std::to_string(other.camera_id) + ", channel 0 camera " +
+                          std::to_string(first.camera_id) +
+                          ": the lasers of one camera are calibrated together, each camera alone");
+        if (other.axis.kind != first.axis.kind)
+            refuse(c, std::string("has axis kind ") + name_of(other.axis.kind) + ", channel 0 " +
+                          name_of(first.axis.kind) + ": expected the same axis");
+        for (std::size_t b = 0; b < c; ++b)
+            if (channels[b].laser_id == other.laser_id)
+                refuse(c, "has laser " + std::to_string(other.laser_id) + " as channel " +
+                              std::to_string(b) + " has: expected one channel a laser");
+    }
+}
+
 void check(const ScannerModel& nominal, const Board& board,
            const ScannerCalibrationOptions& options) {
-    if (nominal.channels.size() != 1)
-        throw std::invalid_argument("nominal: " + std::to_string(nominal.channels.size()) +
-                                    " channels, expected 1");
+    check_channels(nominal.channels);
     if (const std::string why = validate(nominal); !why.empty())
         throw std::invalid_argument("nominal: " + why);
     if (options.stripe_points_per_view < kLeastStripePoints)
@@ -49,7 +70,7 @@ class Calibrator {
           board_(board),
           nominal_(nominal),
           options_(options),
-          problem_(board, nominal.channels[0], options) {
+          problem_(board, nominal.channels, options) {
         result_.views.resize(views.size());
         for (std::size_t v = 0; v < views.size(); ++v) {
             result_.views[v].name = views[v].name;
@@ -71,6 +92,8 @@ class Calibrator {
     void solve_camera();
     void start_axis_and_views();
     void take_stripes();
+    std::vector<StripePoint> stripes_of(std::size_t view, const Channel& channel,
+                                        const BoardColours& colours) const;
     void solve_sheet();
     void solve_jointly();
     void summarise();
@@ -127,7 +150,7 @@ void Calibrator::start_axis_and_views() {
     if (std::abs(start.scale - 1) > 0.02)
         result_.warnings.push_back("the board moved " + std::to_string(start.scale) +
                                    " times as far as the axis says: check steps per unit");
-    problem_.set_channel(channel);
+    problem_.set_camera_and_axis(channel.camera, channel.axis);
     for (std::size_t v = 0; v < views_.size(); ++v) {
         if (along[v].s.empty()) {
             result_.views[v].rejected = "no picture of it shows the board";
@@ -143,32 +166,61 @@ void Calibrator::start_axis_and_views() {
                     " views that show the board, found " + std::to_string(source_.size()));
 }
 
+/// The passes of a view that hold pulses of a laser.
+std::vector<const PulseMap*> passes_of_laser(const CornerView& view, std::uint8_t laser_id) {
+    std::vector<const PulseMap*> passes;
+    const auto take = [&](const PulseMap& map) {
+        if (std::any_of(map.pulses.begin(), map.pulses.end(),
+                        [&](const Pulse& pulse) { return pulse.laser_id == laser_id; }))
+            passes.push_back(&map);
+    };
+    take(view.pulses);
+    for (const PulseMap& map : view.further_passes) take(map);
+    return passes;
+}
+
+std::vector<StripePoint> Calibrator::stripes_of(std::size_t view, const Channel& channel,
+                                                const BoardColours& colours) const {
+    const auto passes = passes_of_laser(views_[source_[view]], channel.laser_id);
+    const Rigid3 pose = rigid_from_block(problem_.views[view].pose.data());
+    std::vector<StripePoint> points;
+    for (const PulseMap* pass : passes)
+        for (const StripePoint& point : stripe_points_on_board(
+                 *pass, channel, pose, colours,
+                 options_.stripe_points_per_view / static_cast<int>(passes.size())))
+            points.push_back(point);
+    return points;
+}
+
 void Calibrator::take_stripes() {
     const BoardColours colours(board_);
-    std::size_t total = 0, with_stripe = 0;
-    for (std::size_t i = 0; i < source_.size(); ++i) {
-        ScannerProblem::View& view = problem_.views[i];
-        const PulseMap& pulses = views_[source_[i]].pulses;
-        const auto points =
-            stripe_points_on_board(pulses, problem_.channel(), rigid_from_block(view.pose.data()),
-                                   colours, options_.stripe_points_per_view);
-        auto& notes = result_.views[source_[i]].notes;
-        if (pulses.undersampled)
-            notes.push_back("its sweep is undersampled: no pulses used");
-        else if (points.size() < static_cast<std::size_t>(kLeastStripePoints))
-            notes.push_back("only " + std::to_string(points.size()) +
-                            " usable stripe points on the board");
-        for (const StripePoint& point : points) view.stripes.push_back({point});
-        total += points.size();
-        with_stripe += points.size() >= static_cast<std::size_t>(kLeastStripePoints);
+    for (std::size_t i = 0; i < source_.size(); ++i)
+        if (views_[source_[i]].pulses.undersampled)
+            result_.views[source_[i]].notes.push_back("its sweep is undersampled: no pulses used");
+    const std::vector<Channel> channels = problem_.channels();
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        const std::string laser =
+            channels.size() == 1 ? "" : " of laser " + std::to_string(channels[c].laser_id);
+        std::size_t total = 0, with_stripe = 0;
+        for (std::size_t i = 0; i < source_.size(); ++i) {
+            const auto points = stripes_of(i, channels[c], colours);
+            if (points.size() < static_cast<std::size_t>(kLeastStripePoints) &&
+                !views_[source_[i]].pulses.undersampled)
+                result_.views[source_[i]].notes.push_back("only " + std::to_string(points.size()) +
+                                                          " usable stripe points" + laser +
+                                                          " on the board");
+            for (const StripePoint& point : points) problem_.views[i].stripes.push_back({point, c});
+            total += points.size();
+            with_stripe += points.size() >= static_cast<std::size_t>(kLeastStripePoints);
+        }
+        if (with_stripe < 2)
+            throw Error(
+                "calibrating a scanner needs at least 2 views with the stripe" + laser +
+                " on the board, found " + std::to_string(with_stripe) + " (" +
+                std::to_string(total) +
+                " usable stripe points in all views): is the laser on, its sweep crossing the "
+                "board, and the board the one stated?");
     }
-    if (with_stripe < 2)
-        throw Error(
-            "calibrating a scanner needs at least 2 views with the stripe on the board, "
-            "found " +
-            std::to_string(with_stripe) + " (" + std::to_string(total) +
-            " usable stripe points in all views): is the laser on, its sweep crossing the "
-            "board, and the board the one stated?");
 }
 
 std::vector<double> Calibrator::stripe_residuals() const {
@@ -201,7 +253,7 @@ void Calibrator::solve_sheet() {
     stage.sheet_free = {0, 1, 2};
     stage.every = std::max(1, options_.stripe_points_per_view / 80);
     stage.max_iterations = 20;
-    const bool swept = problem_.channel().axis.kind == MachineKind::swept;
+    const bool swept = problem_.channels().front().axis.kind == MachineKind::swept;
     for (int round = 0; round < 6; ++round) {
         if (swept && round == 0) stage.axis_free = {4, 5};
         if (swept && round > 0) stage.axis_free = {0, 1, 2, 3, 4, 5, 6};
@@ -234,13 +286,12 @@ void Calibrator::estimate_sigmas(bool robust) {
         for (double value : values) sum += value * value;
         return std::sqrt(sum / static_cast<double>(values.size()));
     };
-    const auto corners = corner_residuals();
-    const auto stripes = stripe_residuals();
-    const double rows = static_cast<double>(corners.size() + stripes.size());
-    const double unknowns = static_cast<double>(6 * source_.size()) + 26;
-    const double lost = std::sqrt(rows / std::max(1.0, rows - unknowns));
-    problem_.corner_sigma_px = std::max(1e-6, lost * spread(corners));
-    problem_.stripe_sigma_factor = std::max(1e-6, lost * spread(stripes));
+    const auto sigma = [&](const std::vector<double>& residuals, int unknowns) {
+        const auto rows = static_cast<double>(residuals.size());
+        return std::max(1e-6, spread(residuals) * std::sqrt(rows / std::max(1.0, rows - unknowns)));
+    };
+    problem_.corner_sigma_px = sigma(corner_residuals(), problem_.corner_unknowns());
+    problem_.stripe_sigma_factor = sigma(stripe_residuals(), problem_.stripe_unknowns());
 }
 
 void Calibrator::reject_outliers() {
@@ -275,9 +326,8 @@ void Calibrator::solve_jointly() {
         problem_.weigh_stripes();
         estimate_sigmas(false);
     }
-    // The last solve starts where the one before ended. Where the solver creeps along a valley that
-    // the data hardly see, what it still gains counts: below 0.01 of half the chi-square no
-    // parameter moves by more than 0.15 of its standard deviation.
+    // The last solve starts where the one before ended. What it still gains counts: below 0.01 of
+    // half the chi-square no parameter moves by more than 0.15 of its standard deviation.
     constexpr double kNegligibleGain = 0.01;
     const auto is_done = [&] {
         return summary.termination_type == ceres::CONVERGENCE ||
@@ -285,6 +335,12 @@ void Calibrator::solve_jointly() {
     };
     for (int round = 0; round < 10 && !is_done(); ++round) summary = problem_.solve(stage);
     result_.converged = is_done();
+    const std::string far =
+        far_from_drawing(problem_.channels().front().axis, nominal_.channels.front().axis,
+                         0.95 * kMostMirrorTurn * options_.nominal_angle_sigma_rad);
+    if (far.empty()) return;
+    result_.converged = false;
+    result_.warnings.push_back(far);
 }
 
 void Calibrator::summarise_views() {
@@ -326,7 +382,10 @@ std::vector<VolumeSample> Calibrator::volume_samples() const {
     std::vector<VolumeSample> samples;
     for (const auto& view : problem_.views)
         for (const auto& stripe : view.stripes)
-            if (stripe.use) samples.push_back({stripe.point.pixel, stripe.point.s});
+            if (stripe.use)
+                samples.push_back({stripe.point.pixel,
+                                   axis_position(stripe.point, problem_.channels().front().axis),
+                                   stripe.channel});
     return samples;
 }
 
@@ -341,8 +400,9 @@ CalibrationCoverage Calibrator::coverage() const {
             seen.picture_s.push_back(corner.s);
         }
         for (const auto& stripe : view.stripes) {
-            const Channel& channel = problem_.channel();
-            const Rigid3 at_s = board_motion(channel, stripe.point.s) * pose;
+            const Channel& channel = problem_.channels()[stripe.channel];
+            const Rigid3 at_s =
+                board_motion(channel, axis_position(stripe.point, channel.axis)) * pose;
             const Eigen::Vector3d ray = ray_through(channel.camera, stripe.point.pixel);
             const Eigen::Vector3d normal = at_s.rotation.col(2);
             seen.stripe_in_camera.push_back(ray * (normal.dot(at_s.translation) / normal.dot(ray)));
@@ -354,7 +414,7 @@ CalibrationCoverage Calibrator::coverage() const {
 void Calibrator::summarise() {
     summarise_views();
     result_.model = nominal_;
-    result_.model.channels = {problem_.channel()};
+    result_.model.channels = problem_.channels();
     result_.model.covariance = problem_.covariance();
     result_.model.provenance.rms_px = result_.rms_px;
     result_.corner_sigma_px = problem_.corner_sigma_px;
@@ -370,13 +430,14 @@ void Calibrator::summarise() {
         ++rows;
     }
     result_.chi_square_per_dof =
-        chi_square / std::max(1.0, rows - 6.0 * static_cast<double>(source_.size()) - 26);
+        chi_square / std::max(1.0, rows - problem_.corner_unknowns() - problem_.stripe_unknowns());
 
     std::vector<VolumeSample> samples = volume_samples();
     ValidVolume& volume = result_.model.volume;
     bool first = true;
     for (const VolumeSample& sample : samples)
-        if (const auto spot = triangulate(problem_.channel(), sample.pixel, sample.s)) {
+        if (const auto spot =
+                triangulate(problem_.channels()[sample.channel], sample.pixel, sample.s)) {
             volume.min = first ? spot->point_in_scan : volume.min.cwiseMin(spot->point_in_scan);
             volume.max = first ? spot->point_in_scan : volume.max.cwiseMax(spot->point_in_scan);
             first = false;
@@ -395,6 +456,8 @@ CornerView find_corners(const CalibrationView& view, const Board& board) {
     CornerView found;
     found.name = view.name;
     found.pulses = thinned(view.pulses, kCellsKept);
+    for (const PulseMap& pass : view.further_passes)
+        found.further_passes.push_back(thinned(pass, kCellsKept));
     for (std::size_t i = 0; i < view.images.size(); ++i) {
         const std::string name = view.name + " picture " + std::to_string(i + 1);
         Detection detection = detect_board(view.images[i].image, board);

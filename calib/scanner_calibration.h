@@ -24,6 +24,7 @@ struct CalibrationView {
     std::string name;
     std::vector<BoardImage> images;
     PulseMap pulses;
+    std::vector<PulseMap> further_passes = {};  ///< of other lasers, directions or exposures
 };
 
 /// Board corners of one picture.
@@ -40,6 +41,7 @@ struct CornerView {
     std::vector<BoardCorners> corners;
     PulseMap pulses;
     std::vector<std::string> refusals = {};
+    std::vector<PulseMap> further_passes = {};
 };
 
 /// Finds the board in every picture of a view. Of the pulses an even lattice of cells is kept, so
@@ -47,14 +49,16 @@ struct CornerView {
 CornerView find_corners(const CalibrationView& view, const Board& board);
 
 struct ScannerCalibrationOptions {
-    int stripe_points_per_view = 600;  ///< more add time, hardly certainty: corners limit
+    /// Of each laser; more add time, hardly certainty: corners limit.
+    int stripe_points_per_view = 600;
     /// How far the machine may be from its drawing (one standard deviation). Directions that the
     /// data do not see stay at the drawing; the others do not notice.
     double nominal_angle_sigma_rad = 0.05;
     double nominal_length_sigma_mm = 10;
     double bow_sigma =
         2e-3;  ///< rad per rad^2 (and rad^3): line lasers bend their sheet by about 1 mrad
-    double gain_sigma = 0.05;  ///< g2 per rad, g3 per rad^2: about 1 % of the angle at 0.2 rad
+    double gain_sigma = 0.05;     ///< g2 per rad, g3 per rad^2: about 1 % of the angle at 0.2 rad
+    double delay_sigma_ns = 5e6;  ///< of the clocks: a frame of a slow camera
 };
 
 struct ScannerViewResult {
@@ -92,18 +96,20 @@ struct ScannerCalibration {
     std::vector<std::string> warnings;  ///< what is weak and what would help
 };
 
-/// Everything of a one-channel scanner from views of a board, in one least-squares problem: camera,
-/// board pose of each view, sheet (with bow), and mirror, rail direction or table axis. `nominal`
-/// gives kind of machine, lens model, apex, fan and beam, and a start within about 2 deg and 5 mm.
+/// Everything of a scanner from views of a board, in one least-squares problem: camera, board pose
+/// of each view, the sheet of each laser (with bow), and mirror, rail direction or table axis. The
+/// channels are lasers that share one camera and one axis. `nominal` gives kind of machine, lens
+/// model, apex, fan and beam, and a start within about 2 deg and 5 mm.
 /// Corner residuals in px; stripe residuals are distances of the stripe's point on the board from
 /// the sheet over their sigma: sigma_t x speed across the sheet for spacetime pulses, sigma_u
 /// across it for spatial peaks. Robust passes first, plain least squares at the end; covariance
-/// from the final Jacobian in perturbed()'s parameters, weak priors from the nominal included. Not
-/// solved, held at the nominal: axis.delay (one sweep direction cannot tell it from the start
-/// angle); for turntables rz and tz, the free turn about and shift along the axis. Turntables and
-/// rails need a board that does not look the same turned (looks_same_turned()). Throws stria::Error
-/// when the views do not suffice, saying what is missing. Deterministic. Sources: Zhang 2000
-/// (camera), Manakov et al. (mirror with offset), Ceres.
+/// from the final Jacobian in perturbed()'s parameters, weak priors from the nominal included.
+/// axis.delay is solved where the passes of the views went both ways, else held at the nominal (one
+/// direction cannot tell it from the start angle); the pulses' s are at their stamps, no delay
+/// applied. Held too: a turntable's rz and tz, the free turn about and shift along the axis.
+/// Turntables and rails need a board that does not look the same turned (looks_same_turned()).
+/// Throws stria::Error when the views do not suffice, saying what is missing. Deterministic.
+/// Sources: Zhang 2000 (camera), Manakov et al. (mirror with offset), Ceres.
 ScannerCalibration calibrate_scanner(const std::vector<CornerView>& views, const Board& board,
                                      const ScannerModel& nominal,
                                      const ScannerCalibrationOptions& options = {});

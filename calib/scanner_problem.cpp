@@ -1,7 +1,5 @@
 #include "calib/scanner_problem.h"
 
-#include <ceres/normal_prior.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numeric>
@@ -37,87 +35,132 @@ void hold_entries(ceres::Problem& problem, double* block, int size, const std::v
 
 }  // namespace
 
-ScannerProblem::ScannerProblem(const Board& board, const Channel& nominal,
+ScannerProblem::ScannerProblem(const Board& board, const std::vector<Channel>& nominal,
                                const ScannerCalibrationOptions& options)
-    : points_(board_points(board)), nominal_(nominal), options_(options) {
-    set_channel(nominal);
+    : points_(board_points(board)),
+      base_(nominal),
+      nominal_(nominal),
+      options_(options),
+      sheets_(nominal.size()) {
+    set_camera_and_axis(nominal.front().camera, nominal.front().axis);
 }
 
-void ScannerProblem::set_channel(const Channel& channel) {
-    base_ = channel;
-    Eigen::Map<Eigen::Matrix<double, kCameraSize, 1>>(camera_.data()) =
-        camera_block(channel.camera);
-    sheet_.fill(0);
+void ScannerProblem::set_camera_and_axis(const CameraModel& camera, const AxisModel& axis) {
+    for (Channel& channel : base_) {
+        channel.camera = camera;
+        channel.axis = axis;
+    }
+    Eigen::Map<Eigen::Matrix<double, kCameraSize, 1>>(camera_.data()) = camera_block(camera);
+    for (auto& sheet : sheets_) sheet.fill(0);
     axis_.fill(0);
 }
 
+bool ScannerProblem::sees_delay() const {
+    std::size_t forward = 0, back = 0;
+    for (const View& view : views)
+        for (const Stripe& stripe : view.stripes) {
+            forward += stripe.point.ds_dt > 0;
+            back += stripe.point.ds_dt < 0;
+        }
+    return 10 * std::min(forward, back) > forward + back;
+}
+
 ScannerProblem::Stage ScannerProblem::everything() const {
+    const MachineKind kind = base_.front().axis.kind;
     Stage stage;
     stage.sheet_free = first_entries(kSheetSize);
-    stage.axis_free = base_.axis.kind == MachineKind::turntable
-                          ? std::vector<int>{0, 1, 3, 4}
-                          : first_entries(axis_size(base_.axis.kind));
+    stage.axis_free = kind == MachineKind::turntable ? std::vector<int>{0, 1, 3, 4}
+                                                     : first_entries(axis_size(kind) - 1);
+    if (sees_delay()) stage.axis_free.push_back(axis_size(kind) - 1);
     return stage;
+}
+
+int ScannerProblem::corner_unknowns() const {
+    const Channel& any = base_.front();
+    const int axis =
+        any.axis.kind == MachineKind::swept ? 0 : static_cast<int>(everything().axis_free.size());
+    return 4 + distortion_count(any.camera.kind) + axis + 6 * static_cast<int>(views.size());
+}
+
+int ScannerProblem::stripe_unknowns() const {
+    const int axis = base_.front().axis.kind == MachineKind::swept
+                         ? static_cast<int>(everything().axis_free.size())
+                         : 0;
+    return kSheetSize * static_cast<int>(base_.size()) + axis;
+}
+
+template <MachineKind kKind>
+void ScannerProblem::add_corner(ceres::Problem& problem, View& view, const Corner& corner,
+                                ceres::LossFunction* loss) {
+    constexpr int kAxis = axis_size(kKind);
+    const Eigen::Vector3d& point = points_[static_cast<std::size_t>(corner.id)];
+    if constexpr (kKind == MachineKind::swept)
+        problem.AddResidualBlock(
+            new ceres::AutoDiffCostFunction<StillCornerCost, 2, kCameraSize, kPoseSize>(
+                new StillCornerCost{point, corner.pixel, 1 / corner_sigma_px}),
+            loss, camera_.data(), view.pose.data());
+    else
+        problem.AddResidualBlock(
+            new ceres::AutoDiffCostFunction<CornerCost<kKind>, 2, kCameraSize, kAxis, kPoseSize>(
+                new CornerCost<kKind>{&base_.front(), point, corner.pixel, corner.s,
+                                      1 / corner_sigma_px}),
+            loss, camera_.data(), axis_.data(), view.pose.data());
 }
 
 template <MachineKind kKind>
 void ScannerProblem::add_residuals(ceres::Problem& problem, const Stage& stage) {
-    constexpr int kAxis = axis_size(kKind);
     const auto loss = [&]() -> ceres::LossFunction* {
         return stage.huber_sigmas > 0 ? new ceres::HuberLoss(stage.huber_sigmas) : nullptr;
     };
-    const auto light = std::make_shared<LightAt<kKind>>();
+    std::vector<std::shared_ptr<LightAt<kKind>>> lights;
+    for (std::size_t c = 0; c < base_.size(); ++c)
+        lights.push_back(std::make_shared<LightAt<kKind>>());
     int count = 0;
     for (View& view : views) {
-        for (const Corner& corner : view.corners) {
-            if (!stage.corners || !corner.use) continue;
-            const Eigen::Vector3d& point = points_[static_cast<std::size_t>(corner.id)];
-            if constexpr (kKind == MachineKind::swept)
-                problem.AddResidualBlock(
-                    new ceres::AutoDiffCostFunction<StillCornerCost, 2, kCameraSize, kPoseSize>(
-                        new StillCornerCost{point, corner.pixel, 1 / corner_sigma_px}),
-                    loss(), camera_.data(), view.pose.data());
-            else
-                problem.AddResidualBlock(
-                    new ceres::AutoDiffCostFunction<CornerCost<kKind>, 2, kCameraSize, kAxis,
-                                                    kPoseSize>(new CornerCost<kKind>{
-                        &base_, point, corner.pixel, corner.s, 1 / corner_sigma_px}),
-                    loss(), camera_.data(), axis_.data(), view.pose.data());
-        }
+        for (const Corner& corner : view.corners)
+            if (stage.corners && corner.use) add_corner<kKind>(problem, view, corner, loss());
         for (const Stripe& stripe : view.stripes) {
             if (!stripe.use) continue;
             if (stage.every > 1 && count++ % stage.every != 0) continue;
-            problem.AddResidualBlock(
-                new StripeCost<kKind>(&base_, light, stripe.point.pixel, stripe.point.s,
-                                      stripe.sigma_mm * stripe_sigma_factor),
-                loss(), camera_.data(), sheet_.data(), axis_.data(), view.pose.data());
+            const std::size_t c = stripe.channel;
+            problem.AddResidualBlock(new StripeCost<kKind>(&base_[c], lights[c], stripe.point,
+                                                           stripe.sigma_mm * stripe_sigma_factor),
+                                     loss(), camera_.data(), sheets_[c].data(), axis_.data(),
+                                     view.pose.data());
         }
     }
 }
 
 template <MachineKind kKind>
-void ScannerProblem::add_prior(ceres::Problem& problem) {
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<NominalCost<kKind>, kPriorSize, kSheetSize,
-                                        axis_size(kKind)>(new NominalCost<kKind>{
-            &base_, &nominal_, options_.nominal_angle_sigma_rad, options_.nominal_length_sigma_mm,
-            options_.bow_sigma, options_.gain_sigma}),
-        nullptr, sheet_.data(), axis_.data());
+void ScannerProblem::add_priors(ceres::Problem& problem) {
+    const NominalSigmas sigmas = {options_.nominal_angle_sigma_rad,
+                                  options_.nominal_length_sigma_mm, options_.bow_sigma,
+                                  options_.gain_sigma, options_.delay_sigma_ns};
+    using Sheet = SheetPrior<kKind>;
+    using Axis = AxisPrior<kKind>;
+    for (std::size_t c = 0; c < base_.size(); ++c)
+        problem.AddResidualBlock(
+            new ceres::AutoDiffCostFunction<Sheet, Sheet::kSize, kSheetSize, axis_size(kKind)>(
+                new Sheet{&base_[c], &nominal_[c].sheet, sigmas}),
+            nullptr, sheets_[c].data(), axis_.data());
+    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Axis, Axis::kSize, axis_size(kKind)>(
+                                 new Axis{&base_.front(), &nominal_.front().axis, sigmas}),
+                             nullptr, axis_.data());
 }
 
 void ScannerProblem::build(ceres::Problem& problem, const Stage& stage) {
-    switch (base_.axis.kind) {
+    switch (base_.front().axis.kind) {
         case MachineKind::swept:
             add_residuals<MachineKind::swept>(problem, stage);
-            add_prior<MachineKind::swept>(problem);
+            add_priors<MachineKind::swept>(problem);
             break;
         case MachineKind::rail:
             add_residuals<MachineKind::rail>(problem, stage);
-            add_prior<MachineKind::rail>(problem);
+            add_priors<MachineKind::rail>(problem);
             break;
         case MachineKind::turntable:
             add_residuals<MachineKind::turntable>(problem, stage);
-            add_prior<MachineKind::turntable>(problem);
+            add_priors<MachineKind::turntable>(problem);
             break;
     }
     hold(problem, stage);
@@ -126,7 +169,7 @@ void ScannerProblem::build(ceres::Problem& problem, const Stage& stage) {
 void ScannerProblem::hold(ceres::Problem& problem, const Stage& stage) {
     if (stage.camera) {
         hold_entries(problem, camera_.data(), kCameraSize,
-                     first_entries(4 + distortion_count(base_.camera.kind)));
+                     first_entries(4 + distortion_count(base_.front().camera.kind)));
     } else {
         if (problem.HasParameterBlock(camera_.data()))
             problem.SetParameterBlockConstant(camera_.data());
@@ -134,35 +177,34 @@ void ScannerProblem::hold(ceres::Problem& problem, const Stage& stage) {
             if (problem.HasParameterBlock(view.pose.data()))
                 problem.SetParameterBlockConstant(view.pose.data());
     }
-    hold_entries(problem, sheet_.data(), kSheetSize, stage.sheet_free);
-    hold_entries(problem, axis_.data(), axis_size(base_.axis.kind), stage.axis_free);
+    for (auto& sheet : sheets_) hold_entries(problem, sheet.data(), kSheetSize, stage.sheet_free);
+    hold_entries(problem, axis_.data(), axis_size(base_.front().axis.kind), stage.axis_free);
 }
 
-/// Turning m0 about the mirror's axis can be undone, nearly without a trace, by turning the
-/// incoming sheet the other way; a solver creeps along that curved valley for hundreds of steps.
-/// This holds the turn to about 1e-3 rad a solve. Each solve starts anew from the present estimate,
-/// so it slows that direction and favours no value; the covariance leaves it out.
-void ScannerProblem::damp_mirror_turn(ceres::Problem& problem) {
-    if (base_.axis.kind != MachineKind::swept || !problem.HasParameterBlock(axis_.data())) return;
-    constexpr double kTurnRad = 1e-3;
-    constexpr int kNormalA = 4, kNormalB = 5;  // of the axis block, as in parameter_names()
-    Eigen::Vector3d a, b;
-    tangent_basis(base_.axis.mirror.normal0, a, b);
-    constexpr int kAxis = axis_size(MachineKind::swept);
-    Eigen::MatrixXd turn = Eigen::MatrixXd::Zero(1, kAxis);
-    turn(0, kNormalA) = a.dot(base_.axis.mirror.direction) / kTurnRad;
-    turn(0, kNormalB) = b.dot(base_.axis.mirror.direction) / kTurnRad;
-    problem.AddResidualBlock(new ceres::NormalPrior(turn, Eigen::VectorXd::Zero(kAxis)), nullptr,
-                             axis_.data());
+/// The stripes hardly see the mirror turn while its sheet follows: far from the minimum a step
+/// along that direction may be any number of radians, into a false solution on the mirror's other
+/// side. So the mirror stays within kMostMirrorTurn of its drawing.
+void ScannerProblem::bound_mirror_turn(ceres::Problem& problem) {
+    if (base_.front().axis.kind != MachineKind::swept || !problem.HasParameterBlock(axis_.data()))
+        return;
+    const Eigen::Vector3d& now = base_.front().axis.mirror.normal0;
+    const Eigen::Vector3d turned = nominal_.front().axis.mirror.normal0.cross(now);
+    Eigen::Vector3d by[2];
+    tangent_basis(now, by[0], by[1]);
+    const double most = kMostMirrorTurn * options_.nominal_angle_sigma_rad;
+    for (int i = 0; i < 2; ++i) {
+        const double so_far = turned.dot(by[i]);
+        problem.SetParameterLowerBound(axis_.data(), 4 + i, std::min(0.0, -most - so_far));
+        problem.SetParameterUpperBound(axis_.data(), 4 + i, std::max(0.0, most - so_far));
+    }
 }
 
 ceres::Solver::Summary ScannerProblem::solve(const Stage& stage) {
     ceres::Problem problem;
     build(problem, stage);
-    damp_mirror_turn(problem);
+    bound_mirror_turn(problem);
     ceres::Solver::Options options;
-    options.linear_solver_type = stage.camera ? ceres::DENSE_SCHUR : ceres::DENSE_QR;
-    if (!stage.camera) options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+    options.linear_solver_type = stage.camera ? ceres::DENSE_SCHUR : ceres::DENSE_NORMAL_CHOLESKY;
     options.logging_type = ceres::SILENT;
     options.max_num_iterations = stage.max_iterations;
     options.function_tolerance = stage.huber_sigmas > 0 ? 1e-6 : 1e-9;
@@ -177,7 +219,9 @@ ceres::Solver::Summary ScannerProblem::solve(const Stage& stage) {
         for (View& view : views)
             if (problem.HasParameterBlock(view.pose.data()))
                 ordering->AddElementToGroup(view.pose.data(), 0);
-        for (double* block : {camera_.data(), sheet_.data(), axis_.data()})
+        std::vector<double*> shared = {camera_.data(), axis_.data()};
+        for (auto& sheet : sheets_) shared.push_back(sheet.data());
+        for (double* block : shared)
             if (problem.HasParameterBlock(block)) ordering->AddElementToGroup(block, 1);
         options.linear_solver_ordering = ordering;
     }
@@ -188,45 +232,101 @@ ceres::Solver::Summary ScannerProblem::solve(const Stage& stage) {
 }
 
 void ScannerProblem::rebase() {
-    set_from_block(base_.camera, camera_.data());
+    const MachineKind kind = base_.front().axis.kind;
+    for (std::size_t c = 0; c < base_.size(); ++c) {
+        const double* by = sheets_[c].data();
+        const SheetOf<double> moved = kind == MachineKind::swept
+                                          ? sheet_of<MachineKind::swept>(base_[c], by, axis_.data())
+                                          : sheet_of<MachineKind::rail>(base_[c], by, axis_.data());
+        LaserSheet& sheet = base_[c].sheet;
+        sheet.normal = moved.normal;
+        sheet.offset_mm = moved.offset;
+        sheet.apex = moved.apex;
+        sheet.central_ray = moved.central_ray;
+        sheet.bow2 = moved.bow2;
+        sheet.bow3 = moved.bow3;
+        sheet = normalised(sheet);
+    }
+    CameraModel camera = base_.front().camera;
+    set_from_block(camera, camera_.data());
+    const int before = 4 + distortion_count(camera.kind) + kSheetSize;
+    Eigen::VectorXd delta = Eigen::VectorXd::Zero(before + axis_size(kind));
+    delta.tail(axis_size(kind)) = Eigen::Map<Eigen::VectorXd>(axis_.data(), axis_size(kind));
     ScannerModel model;
-    model.channels = {base_};
-    const int lens = 4 + distortion_count(base_.camera.kind);
-    const int axis = axis_size(base_.axis.kind);
-    Eigen::VectorXd delta = Eigen::VectorXd::Zero(lens + kSheetSize + axis + 1);
-    for (int i = 0; i < kSheetSize; ++i) delta[lens + i] = sheet_[static_cast<std::size_t>(i)];
-    for (int i = 0; i < axis; ++i)
-        delta[lens + kSheetSize + i] = axis_[static_cast<std::size_t>(i)];
-    Channel moved = perturbed(model, delta).channels[0];
-    if (moved.axis.kind == MachineKind::swept) {
+    model.channels = {base_.front()};
+    AxisModel axis = perturbed(model, delta).channels[0].axis;
+    if (kind == MachineKind::swept) {
         // The point of the axis nearest the camera again; moving it along the axis moves h.
-        MirrorAxis& mirror = moved.axis.mirror;
+        MirrorAxis& mirror = axis.mirror;
         mirror.direction.normalize();
         mirror.normal0.normalize();
         const double along = mirror.point.dot(mirror.direction);
         mirror.offset_mm += along * mirror.normal0.dot(mirror.direction);
         mirror.point -= along * mirror.direction;
     }
-    set_channel(moved);
+    set_camera_and_axis(camera, axis);
 }
 
 void ScannerProblem::weigh_stripes() {
     for (View& view : views) {
         const Rigid3 pose = rigid_from_block(view.pose.data());
         for (Stripe& stripe : view.stripes)
-            stripe.sigma_mm = sigma_on_board_mm(base_, pose, stripe.point);
+            stripe.sigma_mm = sigma_on_board_mm(base_[stripe.channel], pose, stripe.point);
     }
 }
 
 Eigen::Vector2d ScannerProblem::residual(const View& view, const Corner& corner) const {
-    const Rigid3 pose = board_motion(base_, corner.s) * rigid_from_block(view.pose.data());
-    const auto pixel = project(base_.camera, pose * points_[static_cast<std::size_t>(corner.id)]);
+    const Channel& any = base_.front();
+    const Rigid3 pose = board_motion(any, corner.s) * rigid_from_block(view.pose.data());
+    const auto pixel = project(any.camera, pose * points_[static_cast<std::size_t>(corner.id)]);
     return pixel ? Eigen::Vector2d(*pixel - corner.pixel) : Eigen::Vector2d::Constant(1e6);
 }
 
 double ScannerProblem::residual_mm(const View& view, const Stripe& stripe) const {
-    return distance_on_board(base_, rigid_from_block(view.pose.data()), stripe.point.pixel,
-                             stripe.point.s);
+    const Channel& channel = base_[stripe.channel];
+    return distance_on_board(channel, rigid_from_block(view.pose.data()), stripe.point.pixel,
+                             axis_position(stripe.point, channel.axis));
+}
+
+/// Derivative of the parameters that parameter_names() lists by the free ones of a stage (camera,
+/// then each sheet, then axis). Equal but for two things: channels repeat what they share, and a
+/// swept machine's sheets follow the mirror's turn, see following_sheet().
+Eigen::MatrixXd ScannerProblem::names_from_free(const Stage& stage) const {
+    const MachineKind kind = base_.front().axis.kind;
+    const int lens = 4 + distortion_count(base_.front().camera.kind);
+    const auto sheet_free = static_cast<int>(stage.sheet_free.size());
+    const auto axis_free = static_cast<int>(stage.axis_free.size());
+    const int channels = static_cast<int>(base_.size());
+    const int each = lens + kSheetSize + axis_size(kind);
+    const int axis_column = lens + channels * sheet_free;
+    Eigen::MatrixXd by = Eigen::MatrixXd::Zero(channels * each, axis_column + axis_free);
+    for (int c = 0; c < channels; ++c) {
+        const int row = c * each, sheet_row = row + lens;
+        by.block(row, 0, lens, lens).setIdentity();
+        for (int i = 0; i < sheet_free; ++i)
+            by(sheet_row + stage.sheet_free[static_cast<std::size_t>(i)],
+               lens + c * sheet_free + i) = 1;
+        for (int i = 0; i < axis_free; ++i)
+            by(sheet_row + kSheetSize + stage.axis_free[static_cast<std::size_t>(i)],
+               axis_column + i) = 1;
+        if (kind != MachineKind::swept) continue;
+        const MirrorAxis& mirror = base_.front().axis.mirror;
+        const Eigen::Vector3d& normal = base_[static_cast<std::size_t>(c)].sheet.normal;
+        Eigen::Vector3d a, b, ma, mb;
+        tangent_basis(normal, a, b);
+        tangent_basis(mirror.normal0, ma, mb);
+        const double turn[2] = {ma.dot(mirror.direction), mb.dot(mirror.direction)};
+        for (int i = 0; i < axis_free; ++i) {
+            const int entry = stage.axis_free[static_cast<std::size_t>(i)];
+            if (entry != 4 && entry != 5) continue;
+            const double twice = 2 * turn[entry - 4];
+            by(sheet_row, axis_column + i) = twice * a.dot(mirror.direction);
+            by(sheet_row + 1, axis_column + i) = twice * b.dot(mirror.direction);
+            by(sheet_row + 2, axis_column + i) =
+                twice * mirror.direction.cross(normal).dot(mirror.point);
+        }
+    }
+    return by;
 }
 
 Eigen::MatrixXd ScannerProblem::covariance() {
@@ -236,28 +336,18 @@ Eigen::MatrixXd ScannerProblem::covariance() {
     std::vector<double*> separate;
     for (View& view : views)
         if (problem.HasParameterBlock(view.pose.data())) separate.push_back(view.pose.data());
-    const Eigen::MatrixXd information =
-        schur_information(problem, {camera_.data(), sheet_.data(), axis_.data()}, separate);
+    std::vector<double*> shared = {camera_.data()};
+    for (auto& sheet : sheets_) shared.push_back(sheet.data());
+    shared.push_back(axis_.data());
+    const Eigen::MatrixXd information = schur_information(problem, shared, separate);
     const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
         Eigen::MatrixXd(scale.asDiagonal() * information * scale.asDiagonal()));
     const Eigen::MatrixXd small = scale.asDiagonal() * eigen.eigenvectors() *
                                   eigen.eigenvalues().cwiseMax(1e-14).cwiseInverse().asDiagonal() *
                                   eigen.eigenvectors().transpose() * scale.asDiagonal();
-
-    // Rows of the free parameters among all that parameter_names() lists.
-    const int lens = 4 + distortion_count(base_.camera.kind);
-    const int axis = axis_size(base_.axis.kind);
-    std::vector<int> rows = first_entries(lens);
-    for (int i : stage.sheet_free) rows.push_back(lens + i);
-    for (int i : stage.axis_free) rows.push_back(lens + kSheetSize + i);
-    const int all = lens + kSheetSize + axis + 1;
-    Eigen::MatrixXd full = Eigen::MatrixXd::Zero(all, all);
-    for (std::size_t i = 0; i < rows.size(); ++i)
-        for (std::size_t j = 0; j < rows.size(); ++j)
-            full(rows[i], rows[j]) =
-                small(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-    return full;
+    const Eigen::MatrixXd by = names_from_free(stage);
+    return by * small * by.transpose();
 }
 
 }  // namespace stria

@@ -11,11 +11,15 @@
 /// For calib's own .cpp files only: it shows Ceres.
 namespace stria {
 
-/// The joint problem of one channel: camera, differences of sheet and axis from a base channel, the
-/// board's pose at s = 0 in each view; the corners and stripe points in use.
+/// How far a mirror's m0 may come out from its drawing, in the drawing's standard deviations.
+constexpr double kMostMirrorTurn = 6;
+
+/// The joint problem of channels that share camera and axis, one a laser: camera, differences of
+/// sheets and axis from base channels, the board's pose at s = 0 in each view; the corners and
+/// stripe points in use.
 class ScannerProblem {
   public:
-    ScannerProblem(const Board& board, const Channel& nominal,
+    ScannerProblem(const Board& board, const std::vector<Channel>& nominal,
                    const ScannerCalibrationOptions& options);
 
     struct Corner {
@@ -26,6 +30,7 @@ class ScannerProblem {
     };
     struct Stripe {
         StripePoint point;
+        std::size_t channel = 0;
         double sigma_mm = 1;  ///< of its distance from the sheet, see weigh_stripes()
         bool use = true;
     };
@@ -37,22 +42,29 @@ class ScannerProblem {
 
     struct Stage {
         bool camera = true;           ///< intrinsics and poses move
-        std::vector<int> sheet_free;  ///< entries of the sheet's difference
+        std::vector<int> sheet_free;  ///< entries of each sheet's difference
         std::vector<int> axis_free;
         bool corners = true;      ///< use their residuals
         double huber_sigmas = 0;  ///< 0: plain least squares
         int every = 1;            ///< use each n-th stripe point only
         int max_iterations = 50;
     };
-    /// Everything that is ever solved: all of the sheet, and the axis without a turntable's free
-    /// turn and shift.
+    /// Everything that is ever solved: all of the sheets, and the axis without a turntable's free
+    /// turn and shift; its delay only where the stripe points tell it, see sees_delay().
     Stage everything() const;
+    /// True if at least a tenth of the stripe points were swept in the other direction.
+    bool sees_delay() const;
+    /// Parameters that everything() moves: those that mostly the corners determine (camera, poses,
+    /// an axis that moves the board), and those that the stripes do.
+    int corner_unknowns() const;
+    int stripe_unknowns() const;
 
     /// Solves, then makes the result the new base (all differences 0).
     ceres::Solver::Summary solve(const Stage& stage);
-    /// The channel as it stands.
-    const Channel& channel() const { return base_; }
-    void set_channel(const Channel& channel);
+    /// The channels as they stand.
+    const std::vector<Channel>& channels() const { return base_; }
+    /// Camera and axis for all of them; the sheets stay.
+    void set_camera_and_axis(const CameraModel& camera, const AxisModel& axis);
     /// Computes sigma_mm of every stripe point at the present estimate.
     void weigh_stripes();
 
@@ -60,8 +72,8 @@ class ScannerProblem {
     Eigen::Vector2d residual(const View& view, const Corner& corner) const;
     double residual_mm(const View& view, const Stripe& stripe) const;
 
-    /// Covariance over parameter_names() of a model with this one channel, priors included; held
-    /// parameters have zero rows.
+    /// Covariance over parameter_names() of a model with these channels, priors included; held
+    /// parameters have zero rows, shared ones equal rows.
     Eigen::MatrixXd covariance();
 
     std::vector<View> views;
@@ -70,21 +82,24 @@ class ScannerProblem {
 
   private:
     template <MachineKind kKind>
+    void add_corner(ceres::Problem& problem, View& view, const Corner& corner,
+                    ceres::LossFunction* loss);
+    template <MachineKind kKind>
     void add_residuals(ceres::Problem& problem, const Stage& stage);
     template <MachineKind kKind>
-    void add_prior(ceres::Problem& problem);
+    void add_priors(ceres::Problem& problem);
     void build(ceres::Problem& problem, const Stage& stage);
     void hold(ceres::Problem& problem, const Stage& stage);
-    void damp_mirror_turn(ceres::Problem& problem);
+    void bound_mirror_turn(ceres::Problem& problem);
+    Eigen::MatrixXd names_from_free(const Stage& stage) const;
     void rebase();
 
     std::vector<Eigen::Vector3d> points_;
-    Channel base_;
-    Channel nominal_;
+    std::vector<Channel> base_, nominal_;
     ScannerCalibrationOptions options_;
     std::array<double, kCameraSize> camera_{};
-    std::array<double, kSheetSize> sheet_{};
-    std::array<double, 9> axis_{};
+    std::vector<std::array<double, kSheetSize>> sheets_;
+    std::array<double, kMostAxisSize> axis_{};
 };
 
 }  // namespace stria

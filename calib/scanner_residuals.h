@@ -26,7 +26,7 @@ struct CornerCost {
         const Vec3<T> on_board = point.cast<T>();
         Vec3<T> moved;
         move_by_block(pose, on_board.data(), moved.data());
-        moved = moved_by_axis<kKind>(base->axis, axis, s, moved);
+        moved = moved_by_axis<kKind>(base->axis, axis, T(s), moved);
         if (!project_block(camera, moved.data(), residual)) return false;
         residual[0] = (residual[0] - pixel.x()) * inverse_sigma;
         residual[1] = (residual[1] - pixel.y()) * inverse_sigma;
@@ -63,56 +63,60 @@ class LightAt {
     static constexpr int kSize = kSheetSize + (kStill ? kAxis : 0);
     using Light = ceres::Jet<double, kSize>;
 
-    /// The sheet at s, every derivative by sheet and (swept) mirror parameters.
-    SheetOf<Light> at(const Channel& base, const double* sheet, const double* axis, double s) {
+    /// The sheet at a point's s, every derivative by sheet and (swept) mirror parameters.
+    SheetOf<Light> at(const Channel& base, const double* sheet, const double* axis,
+                      const StripePoint& point) {
         if (!known_ || !std::equal(sheet, sheet + kSheetSize, key_.begin()) ||
             (kStill && !std::equal(axis, axis + kAxis, key_.begin() + kSheetSize)))
             renew(base, sheet, axis);
         if constexpr (kStill)
-            return reflected_sheet(sheet_, mirror_, s);
+            return reflected_sheet(sheet_, mirror_,
+                                   delayed_s<kKind>(point, base.axis, axis_.data()));
         else
             return sheet_;
     }
 
   private:
     void renew(const Channel& base, const double* sheet, const double* axis) {
-        Light d[kSize];
-        for (int i = 0; i < kSize; ++i) {
-            key_[static_cast<std::size_t>(i)] = i < kSheetSize ? sheet[i] : axis[i - kSheetSize];
-            d[i] = Light(key_[static_cast<std::size_t>(i)], i);
+        Light d[kSheetSize];
+        for (int i = 0; i < kSheetSize; ++i) {
+            key_[static_cast<std::size_t>(i)] = sheet[i];
+            d[i] = Light(sheet[i], i);
         }
-        sheet_ = moved_sheet(base.sheet, d);
-        if constexpr (kStill) mirror_ = moved_mirror(base.axis.mirror, d + kSheetSize);
+        for (int i = 0; kStill && i < kAxis; ++i) {
+            key_[static_cast<std::size_t>(kSheetSize + i)] = axis[i];
+            axis_[static_cast<std::size_t>(i)] =
+                Light(axis[i], std::min(kSheetSize + i, kSize - 1));
+        }
+        sheet_ = sheet_of<kKind>(base, d, axis_.data());
+        if constexpr (kStill) mirror_ = moved_mirror(base.axis.mirror, axis_.data());
         known_ = true;
     }
 
     bool known_ = false;
-    std::array<double, kSheetSize + 9> key_{};
+    std::array<double, kSheetSize + kMostAxisSize> key_{};
+    std::array<Light, kMostAxisSize> axis_{};
     SheetOf<Light> sheet_;
     MirrorOf<Light> mirror_;
 };
 
 /// Distance of a stripe point from the sheet, whitened. The chain rule is taken by hand between
 /// three short dual numbers (ray and board, sheet and mirror, point), which is several times as
-/// fast as one long one over all 32 parameters.
+/// fast as one long one over all 33 parameters.
 template <MachineKind kKind>
 class StripeCost
     : public ceres::SizedCostFunction<1, kCameraSize, kSheetSize, axis_size(kKind), kPoseSize> {
   public:
-    StripeCost(const Channel* base, std::shared_ptr<LightAt<kKind>> light,
-               const Eigen::Vector2d& pixel, double s, double sigma_mm)
-        : base_(base),
-          light_(std::move(light)),
-          pixel_(pixel),
-          s_(s),
-          inverse_sigma_(1 / sigma_mm) {}
+    StripeCost(const Channel* base, std::shared_ptr<LightAt<kKind>> light, const StripePoint& point,
+               double sigma_mm)
+        : base_(base), light_(std::move(light)), point_(point), inverse_sigma_(1 / sigma_mm) {}
 
     bool Evaluate(double const* const* blocks, double* residual,
                   double** jacobians) const override {
         const double* camera = blocks[0];
         Eigen::Vector2d ray;
-        camera_math::undistort(camera + 4, (pixel_.x() - camera[2]) / camera[0],
-                               (pixel_.y() - camera[3]) / camera[1], ray.x(), ray.y());
+        camera_math::undistort(camera + 4, (point_.pixel.x() - camera[2]) / camera[0],
+                               (point_.pixel.y() - camera[3]) / camera[1], ray.x(), ray.y());
         if (!jacobians) {
             const Vec3<double> p = point_on_board(ray.data(), blocks[3], blocks[2]);
             residual[0] = distance_from(sheet_now(blocks[1], blocks[2]), p) * inverse_sigma_;
@@ -131,7 +135,7 @@ class StripeCost
 
         // Distance by sheet (5) and, where the axis is the mirror's, axis; the point kept.
         using Light = typename LightAt<kKind>::Light;
-        const SheetOf<Light> sheet = light_->at(*base_, blocks[1], blocks[2], s_);
+        const SheetOf<Light> sheet = light_->at(*base_, blocks[1], blocks[2], point_);
         const Light distance = distance_from(sheet, Vec3<Light>(at.cast<Light>()));
         residual[0] = distance.a * inverse_sigma_;
 
@@ -171,78 +175,108 @@ class StripeCost
 
     template <typename T>
     SheetOf<T> sheet_now(const T* sheet, const T* axis) const {
-        const SheetOf<T> moved = moved_sheet(base_->sheet, sheet);
+        const SheetOf<T> moved = sheet_of<kKind>(*base_, sheet, axis);
         if constexpr (kStill)
-            return reflected_sheet(moved, moved_mirror(base_->axis.mirror, axis), s_);
+            return reflected_sheet(moved, moved_mirror(base_->axis.mirror, axis),
+                                   delayed_s<kKind>(point_, base_->axis, axis));
         else
             return moved;
     }
 
     template <typename T>
     Vec3<T> point_on_board(const T* ray, const T* pose, const T* axis) const {
-        return meet_board<kKind>(base_->axis, axis, pose, Vec3<T>(ray[0], ray[1], T(1)), s_);
+        return meet_board<kKind>(base_->axis, axis, pose, Vec3<T>(ray[0], ray[1], T(1)),
+                                 delayed_s<kKind>(point_, base_->axis, axis));
     }
 
     void put_camera(const double* camera, const Eigen::Vector2d& by_ray, double* jacobian) const {
         using Lens = ceres::Jet<double, kCameraSize>;
         Lens camera_d[kCameraSize], ray[3];
         for (int i = 0; i < kCameraSize; ++i) camera_d[i] = Lens(camera[i], i);
-        ray_of_block(camera_d, pixel_, camera, ray);
+        ray_of_block(camera_d, point_.pixel, camera, ray);
         for (int i = 0; i < kCameraSize; ++i)
             jacobian[i] = by_ray[0] * ray[0].v[i] + by_ray[1] * ray[1].v[i];
     }
 
     const Channel* base_;
     std::shared_ptr<LightAt<kKind>> light_;  ///< shared by the points of one problem
-    Eigen::Vector2d pixel_;
-    double s_, inverse_sigma_;
+    StripePoint point_;
+    double inverse_sigma_;
 };
 
-constexpr int kPriorSize = 18;
+/// How far a machine may be from its drawing, standard deviations.
+struct NominalSigmas {
+    double angle_rad, length_mm, bow, gain, delay_ns;
+};
 
-/// Weak pull towards the nominal machine: differences of normals, directions and positions over how
-/// far the machine may be from its drawing.
+/// Weak pull of a sheet towards the nominal one.
 template <MachineKind kKind>
-struct NominalCost {
+struct SheetPrior {
+    static constexpr int kSize = 6;
     const Channel* base;
-    const Channel* nominal;
-    double angle, length, bow, gain;  ///< standard deviations
+    const LaserSheet* nominal;
+    NominalSigmas sigma;
 
     template <typename T>
     bool operator()(const T* sheet_delta, const T* axis_delta, T* residual) const {
+        const SheetOf<T> sheet = sheet_of<kKind>(*base, sheet_delta, axis_delta);
+        const double side = base->sheet.normal.dot(nominal->normal) < 0 ? -1 : 1;
+        for (int i = 0; i < 3; ++i)
+            residual[i] = (sheet.normal[i] - side * nominal->normal[i]) / sigma.angle_rad;
+        residual[3] = (sheet.offset - side * nominal->offset_mm) / sigma.length_mm;
+        residual[4] = (sheet.bow2 - side * nominal->bow2) / sigma.bow;
+        residual[5] = (sheet.bow3 - nominal->bow3) / sigma.bow;
+        return true;
+    }
+};
+
+/// The same for the axis: differences of directions and positions. A position along the axis means
+/// nothing and is left out.
+template <MachineKind kKind>
+struct AxisPrior {
+    static constexpr int kSize = kKind == MachineKind::swept  ? 13
+                                 : kKind == MachineKind::rail ? 4
+                                                              : 7;
+    const Channel* base;
+    const AxisModel* nominal;
+    NominalSigmas sigma;
+
+    template <typename T>
+    bool operator()(const T* axis_delta, T* residual) const {
         int next = 0;
         const auto put = [&](const T& value) { residual[next++] = value; };
-        const auto put3 = [&](const Vec3<T>& found, const Eigen::Vector3d& wanted, double sigma) {
-            for (int i = 0; i < 3; ++i) put((found[i] - wanted[i]) / sigma);
+        const auto put3 = [&](const Vec3<T>& difference, double by) {
+            for (int i = 0; i < 3; ++i) put(difference[i] / by);
         };
-        const SheetOf<T> sheet = moved_sheet(base->sheet, sheet_delta);
-        const double side = base->sheet.normal.dot(nominal->sheet.normal) < 0 ? -1 : 1;
-        put3(sheet.normal, side * nominal->sheet.normal, angle);
-        put((sheet.offset - side * nominal->sheet.offset_mm) / length);
-        put((sheet.bow2 - side * nominal->sheet.bow2) / bow);
-        put((sheet.bow3 - nominal->sheet.bow3) / bow);
+        const auto square_to = [](const Vec3<T>& v, const Eigen::Vector3d& axis) -> Vec3<T> {
+            const Vec3<T> unit = axis.cast<T>();
+            return v - unit * unit.dot(v);
+        };
         if constexpr (kKind == MachineKind::swept) {
             const MirrorOf<T> mirror = moved_mirror(base->axis.mirror, axis_delta);
-            const MirrorAxis& drawn = nominal->axis.mirror;
-            put3(mirror.direction, drawn.direction, angle);
-            put3(mirror.point, drawn.point, length);
-            put3(mirror.normal0, drawn.normal0, angle);
-            put((mirror.offset - drawn.offset_mm) / length);
-            put((mirror.g2 - drawn.g2) / gain);
-            put((mirror.g3 - drawn.g3) / gain);
+            const MirrorAxis& drawn = nominal->mirror;
+            put3(mirror.direction - drawn.direction.cast<T>(), sigma.angle_rad);
+            put3(square_to(mirror.point - drawn.point.cast<T>(), drawn.direction), sigma.length_mm);
+            put3(mirror.normal0 - drawn.normal0.cast<T>(), sigma.angle_rad);
+            put((mirror.offset - drawn.offset_mm) / sigma.length_mm);
+            put((mirror.g2 - drawn.g2) / sigma.gain);
+            put((mirror.g3 - drawn.g3) / sigma.gain);
         } else if constexpr (kKind == MachineKind::rail) {
-            put3(turned_by(base->axis.rail.direction, axis_delta[0], axis_delta[1]),
-                 nominal->axis.rail.direction, angle);
+            put3(turned_by(base->axis.rail.direction, axis_delta[0], axis_delta[1]) -
+                     nominal->rail.direction.cast<T>(),
+                 sigma.angle_rad);
         } else {
             // The table's axis as two points of the camera frame: where it is at its origin, and
             // which way it points.
             const Vec3<T> origin = in_camera(axis_delta, Eigen::Vector3d::Zero());
             const Vec3<T> up = in_camera(axis_delta, Eigen::Vector3d::UnitZ()) - origin;
-            const Rigid3 drawn = nominal->axis.turntable.table_from_camera.inverse();
-            put3(up, drawn.rotation.col(2), angle);
-            put3(origin, drawn.translation, length);
+            const Rigid3 drawn = nominal->turntable.table_from_camera.inverse();
+            put3(up - drawn.rotation.col(2).template cast<T>(), sigma.angle_rad);
+            put3(square_to(origin - drawn.translation.cast<T>(), drawn.rotation.col(2)),
+                 sigma.length_mm);
         }
-        while (next < kPriorSize) residual[next++] = T(0);
+        put((axis_delta[axis_size(kKind) - 1] + base->axis.delay_ns - nominal->delay_ns) /
+            sigma.delay_ns);
         return true;
     }
 

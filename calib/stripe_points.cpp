@@ -114,8 +114,11 @@ std::vector<StripePoint> stripe_points_on_board(const PulseMap& pulses, const Ch
     for (int y = 0; y < pulses.height; y += step)
         for (int x = 0; x < pulses.width; x += step) {
             const auto cell = pulses.cell(x, y);
-            if (cell.empty()) continue;
-            const Pulse& pulse = cell.front();
+            const auto strongest = std::find_if(
+                cell.begin(), cell.end(),
+                [&](const Pulse& candidate) { return candidate.laser_id == channel.laser_id; });
+            if (strongest == cell.end()) continue;
+            const Pulse& pulse = *strongest;
             if (pulse.flags != 0 || !(pulse.sigma > 0)) continue;
             const Rigid3 pose =
                 still ? camera_from_board : board_motion(channel, pulse.s) * camera_from_board;
@@ -126,7 +129,7 @@ std::vector<StripePoint> stripe_points_on_board(const PulseMap& pulses, const Ch
                                      ? std::abs(pulse.ds_dt) * 1e-9 * double(pulse.sigma)
                                      : double(pulse.sigma);
             if (!(sigma > 0)) continue;
-            points.push_back({{pulse.u, pulse.v}, pulse.s, pulses.mode, sigma});
+            points.push_back({{pulse.u, pulse.v}, pulse.s, pulses.mode, sigma, pulse.ds_dt});
         }
     const auto limit = static_cast<std::size_t>(most);
     if (points.size() <= limit) return points;
@@ -149,11 +152,9 @@ double sigma_on_board_mm(const Channel& channel, const Rigid3& camera_from_board
     const bool in_time = point.mode == StripeMode::spacetime;
     const double h = in_time ? (channel.axis.kind == MachineKind::rail ? 1e-3 : 1e-5) : 0.05;
     const Eigen::Vector2d step(in_time ? 0 : h, 0);
-    const double ds = in_time ? h : 0;
-    const double after =
-        distance_on_board(channel, camera_from_board, point.pixel + step, point.s + ds);
-    const double before =
-        distance_on_board(channel, camera_from_board, point.pixel - step, point.s - ds);
+    const double ds = in_time ? h : 0, s = axis_position(point, channel.axis);
+    const double after = distance_on_board(channel, camera_from_board, point.pixel + step, s + ds);
+    const double before = distance_on_board(channel, camera_from_board, point.pixel - step, s - ds);
     return std::abs(after - before) / (2 * h) * point.sigma;
 }
 

@@ -17,7 +17,13 @@ struct StripePoint {
     double s = 0;
     StripeMode mode = StripeMode::spacetime;
     double sigma = 0;  ///< spacetime: of s; spatial: of u, px
+    double ds_dt = 0;  ///< of the axis then, per second
 };
+
+/// Axis position of a stripe point whose clock is late by the axis' delay.
+inline double axis_position(const StripePoint& point, const AxisModel& axis) {
+    return point.s + point.ds_dt * 1e-9 * axis.delay_ns;
+}
 
 /// Which parts of a board are one colour: a picture of it, looked up in mm.
 class BoardColours {
@@ -48,7 +54,8 @@ std::optional<Eigen::Vector2d> seen_on_board(const CameraModel& camera,
 /// Motion of the board, fixed to the part, from s = 0 to s, in the camera frame.
 Rigid3 board_motion(const Channel& channel, double s);
 
-/// Up to `most` pulses on the board, spread evenly over the grid: unflagged, inside the outermost
+/// Up to `most` pulses of the channel's laser on the board, spread evenly over the grid, the
+/// strongest of a cell: unflagged, inside the outermost
 /// corners, and with one colour all round (3 widths along the row for spatial peaks, which a
 /// reflectance edge shifts; 2 px for spacetime pulses).
 /// @param camera_from_board  at s = 0

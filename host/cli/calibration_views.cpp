@@ -1,5 +1,8 @@
 #include "host/cli/calibration_views.h"
 
+#include <iterator>
+#include <utility>
+
 #include "host/cli/recording_range.h"
 #include "host/core/errors.h"
 #include "host/io/model_io.h"
@@ -36,7 +39,10 @@ CalibrationView calibration_view_of(const RecordingContents& recording, const st
                         std::to_string(frame.sequence));
         view.images.push_back({grey_of(frame), state->s});
     }
-    view.pulses = pulses_of(recording, name);
+    std::vector<PulseMap> passes = pulses_of_passes(recording, name);
+    view.pulses = std::move(passes.front());
+    view.further_passes.assign(std::make_move_iterator(passes.begin() + 1),
+                               std::make_move_iterator(passes.end()));
     return view;
 }
 

@@ -168,6 +168,11 @@ PulseMap pulses_of(const RecordingContents& recording, const std::string& name,
     return merge_passes(passes_with_positions(recording, name, model, 0), grid_of(recording), name);
 }
 
+std::vector<PulseMap> pulses_of_passes(const RecordingContents& recording,
+                                       const std::string& name) {
+    return passes_with_positions(recording, name, nullptr, 0);
+}
+
 std::vector<PathTable> paths_for(const ScannerModel& model,
                                  const std::vector<std::uint8_t>& lasers) {
     std::vector<PathTable> tables;

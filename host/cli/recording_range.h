@@ -16,6 +16,9 @@ namespace stria {
 PulseMap pulses_of(const RecordingContents& recording, const std::string& name,
                    const ScannerModel* model = nullptr);
 
+/// The same, each pass (of one exposure, direction and laser) by itself.
+std::vector<PulseMap> pulses_of_passes(const RecordingContents& recording, const std::string& name);
+
 /// The image paths that a run in spacetime needs on a rail or turntable, one table for each of the
 /// lasers. Throws stria::Error if the model lacks one of them or is of a swept machine.
 std::vector<PathTable> paths_for(const ScannerModel& model,

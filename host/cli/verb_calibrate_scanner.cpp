@@ -34,10 +34,14 @@ std::uint32_t check_sum(const CalibrationView& view, std::uint32_t crc) {
         add(image.image.values.data(), image.image.values.size());
         add(&image.s, sizeof image.s);
     }
-    for (const Pulse& pulse : view.pulses.pulses) {
-        const double numbers[] = {pulse.u, pulse.v, pulse.s};
-        add(numbers, sizeof numbers);
-    }
+    const auto add_pulses = [&](const PulseMap& pass) {
+        for (const Pulse& pulse : pass.pulses) {
+            const double numbers[] = {pulse.u, pulse.v, pulse.s};
+            add(numbers, sizeof numbers);
+        }
+    };
+    add_pulses(view.pulses);
+    for (const PulseMap& pass : view.further_passes) add_pulses(pass);
     return crc;
 }
 

@@ -41,11 +41,12 @@ void judge_halves(const CrossValidation& halves, double diagonal_mm,
                   std::vector<std::string>& reasons) {
     if (!halves.alarm()) return;
     for (const SplitCheck& split : halves.splits)
-        if (split.done && split.difference_mm > kDifferenceMatters * diagonal_mm)
+        if (split.done && split.difference_mm > kDifferenceMatters * diagonal_mm &&
+            split.expected_mm <= kDifferenceMatters * diagonal_mm)
             reasons.push_back("halves of the views (" + split.how + ") differ by " +
                               short_number(split.difference_mm, 3) + " mm where " +
                               short_number(split.expected_mm, 3) + " mm is expected (p " +
-                              short_number(halves.p_value, 3) +
+                              short_number(split.p_value, 3) +
                               "): the model does not fit the machine");
     if (halves.corners.model_error > kModelErrorMattersPx)
         reasons.push_back("corners share a model error of " +

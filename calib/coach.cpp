@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "calib/point_moves.h"
@@ -11,8 +12,9 @@
 namespace stria {
 namespace {
 
-constexpr double kTiltsRad[] = {0.45, 0.75};  ///< 26 and 43 deg: corners stand that
-constexpr int kMostStripes = 100;             ///< of a measured view: more only costs time
+constexpr double kTiltsRad[] = {0.45, 0.75};          ///< 26 and 43 deg: corners stand that
+constexpr double kSamePlaceMm = 10, kSameTurn = 0.1;  ///< of placements, after a better model
+constexpr int kMostStripes = 100;                     ///< of a measured view: more only costs time
 
 /// Rotation vectors: facing the camera, and to four sides.
 std::vector<Eigen::Vector3d> tilts() {
@@ -58,6 +60,15 @@ bool Coach::take(const CornerView& view) {
     information_ += information_of(view_rows(model_, modes_, data));
     taken_.push_back(data.camera_from_board);
     return true;
+}
+
+void Coach::avoid(const Rigid3& camera_from_board) { avoided_.push_back(camera_from_board); }
+
+bool Coach::is_avoided(const Rigid3& pose) const {
+    return std::any_of(avoided_.begin(), avoided_.end(), [&](const Rigid3& other) {
+        return (pose.translation - other.translation).norm() < kSamePlaceMm &&
+               (pose.rotation - other.rotation).norm() < kSameTurn;
+    });
 }
 
 double Coach::sigma_mm() const {
@@ -119,6 +130,7 @@ CoachAdvice Coach::advise() const {
     advice.weakest = weakest();
     double best = -1;
     for (const Rigid3& pose : candidates()) {
+        if (is_avoided(pose)) continue;
         const ViewData view = expected_view(model_, board_, pose, options_.plan);
         if (view.corners.empty()) continue;
         const Eigen::MatrixXd then = information_ + information_of(view_rows(model_, modes_, view));
@@ -128,10 +140,11 @@ CoachAdvice Coach::advise() const {
         advice.camera_from_board = pose;
     }
     if (best < 0)
-        throw Error("no placement of board " + to_string(board_) + " between " +
-                    short_number(options_.near_mm) + " and " + short_number(options_.far_mm) +
-                    " mm shows 60 % of its corners and the stripe: expected a board that fits the "
-                    "image, or a plan whose pictures all see it");
+        throw Error(
+            "no placement of board " + to_string(board_) + " between " +
+            short_number(options_.near_mm) + " and " + short_number(options_.far_mm) +
+            " mm shows 60 % of its corners and the stripe, and has not failed before: expected "
+            "a board that fits the image, or a plan whose pictures all see it");
     advice.sigma_then_mm = std::sqrt(best / points);
     advice.text =
         "hold the board " +

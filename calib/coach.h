@@ -38,6 +38,8 @@ class Coach {
     /// Adds a view as measured; false if no picture of it shows the board or no stripe crosses it
     /// (nothing is added then).
     bool take(const CornerView& view);
+    /// Never proposes that placement again: a view there showed no usable board or stripe.
+    void avoid(const Rigid3& camera_from_board);
     /// Linearises about a better model from now on; views taken keep what they brought.
     void follow(const ScannerModel& better);
 
@@ -51,6 +53,7 @@ class Coach {
 
   private:
     std::vector<Rigid3> candidates() const;
+    bool is_avoided(const Rigid3& pose) const;
     std::string weakest() const;
 
     Board board_;
@@ -59,7 +62,7 @@ class Coach {
     Eigen::MatrixXd modes_;
     Eigen::MatrixXd information_;  ///< about the modes, prior included
     Eigen::MatrixXd moves_;        ///< of the volume's points by mode
-    std::vector<Rigid3> taken_;
+    std::vector<Rigid3> taken_, avoided_;
 };
 
 /// Where a board is and how it stands, for people: "430 mm away, to the left and high, its right

@@ -57,10 +57,30 @@ void thin(std::vector<Point>& points, int most, const Sigma& sigma) {
     points = std::move(kept);
 }
 
-void add_corners(const Channel& channel, const std::vector<Eigen::Vector3d>& points,
-                 const ViewPlan& plan, double least_seen, ViewData& view) {
+/// Whether a picture shows the whole board with a border of one square or circle: without markers
+/// it is found whole or not at all.
+bool shows_all(const Channel& channel, const Rigid3& pose, const Board& board,
+               const std::vector<Eigen::Vector3d>& points) {
+    Eigen::Vector3d low = points.front(), high = low;
+    for (const Eigen::Vector3d& point : points) {
+        low = low.cwiseMin(point);
+        high = high.cwiseMax(point);
+    }
+    const double border = 1.5 * board.pitch_mm;
+    for (const double x : {low.x() - border, high.x() + border})
+        for (const double y : {low.y() - border, high.y() + border}) {
+            const auto pixel = project(channel.camera, pose * Eigen::Vector3d(x, y, 0));
+            if (!pixel || !channel.camera.contains(*pixel)) return false;
+        }
+    return true;
+}
+
+void add_corners(const Channel& channel, const Board& board,
+                 const std::vector<Eigen::Vector3d>& points, const ViewPlan& plan,
+                 double least_seen, ViewData& view) {
     for (const double s : plan.picture_s) {
         const Rigid3 pose = board_motion(channel, s) * view.camera_from_board;
+        if (board.kind != BoardKind::charuco && !shows_all(channel, pose, board, points)) continue;
         for (const Eigen::Vector3d& point : points) {
             const Eigen::Vector3d in_camera = pose * point;
             const auto pixel = project(channel.camera, in_camera);
@@ -99,7 +119,7 @@ ViewData expected_view(const ScannerModel& model, const Board& board,
     const auto points = board_points(board);
     ViewData view;
     view.camera_from_board = camera_from_board;
-    add_corners(channel, points, plan, least_seen, view);
+    add_corners(channel, board, points, plan, least_seen, view);
     if (!view.corners.empty()) add_stripes(channel, points, plan, view);
     if (view.stripes.empty()) view.corners.clear();
     if (view.corners.empty()) return view;

@@ -65,7 +65,8 @@ struct ViewPlan {
 
 /// The view that the model expects of a board there: corners in the pictures and stripe points of
 /// the sweep, sigmas made smaller where one stands for several. Fewer than `least_seen` of the
-/// corners in the first picture, or no stripe: empty lists. Stripe points are taken as one per
+/// corners in all pictures (of boards without markers only pictures that show all of it count), or
+/// no stripe: empty lists. Stripe points are taken as one per
 /// square of the board.
 ViewData expected_view(const ScannerModel& model, const Board& board,
                        const Rigid3& camera_from_board, const ViewPlan& plan,

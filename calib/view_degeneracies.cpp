@@ -11,10 +11,12 @@
 namespace stria {
 namespace {
 
-constexpr double kSameTurnRad = 0.035;     ///< 2 deg
-constexpr double kSamePlaceShare = 0.01;   ///< of the distance
-constexpr std::size_t kLeastViews = 3;     ///< different ones
-constexpr double kScaleTolerance = 0.02;   ///< of a rail or table, with the nominal lens
+constexpr double kSameTurnRad = 0.035;    ///< 2 deg
+constexpr double kSamePlaceShare = 0.01;  ///< of the distance
+constexpr std::size_t kLeastViews = 3;    ///< different ones
+/// Of a rail or table. The nominal lens (focal length 1 %, no distortion) bends it by up to 3 % in
+/// 50 good sets; what is less is told with the solved lens, as a warning of the calibration.
+constexpr double kScaleTolerance = 0.04;
 constexpr double kMirrorTolerance = 0.15;  ///< its axis may be 10 mm off
 constexpr double kRatioTolerance = 0.03;
 constexpr int kStripePoints = 200;  ///< a view

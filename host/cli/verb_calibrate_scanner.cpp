@@ -1,48 +1,59 @@
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iostream>
-#include <sstream>
 
-#include "calib/scanner_calibration.h"
+#include "calib/certify.h"
+#include "calib/degeneracies.h"
 #include "firmware/protocol/crc32c.h"
-#include "host/cli/calibration_views.h"
+#include "host/cli/board_capture.h"
+#include "host/cli/calibration_report.h"
 #include "host/cli/progress.h"
+#include "host/cli/today.h"
 #include "host/cli/verbs.h"
 #include "host/cli/version.h"
 #include "host/core/errors.h"
-#include "host/geometry/parallel.h"
+#include "host/io/certificate.h"
 #include "host/io/model_io.h"
-#include "host/local/open_device.h"
 
 namespace stria {
 namespace {
 
-/// Views gathered so far, the machine's drawing, and a check sum of what was measured.
-struct Gathered {
-    std::vector<CornerView> views;
-    ScannerModel nominal;
-    bool has_nominal = false;
-    std::uint32_t crc = 0;
+constexpr std::size_t kLeastForCheck = 10;  ///< views; fewer all solve
+
+/// Views that solve, and views that check.
+struct Divided {
+    std::vector<CornerView> solve, check;
+    std::uint32_t solve_crc = 0, check_crc = 0;
 };
 
-std::uint32_t check_sum(const CalibrationView& view, std::uint32_t crc) {
-    const auto add = [&](const void* data, std::size_t size) {
-        crc = crc32c({static_cast<const std::uint8_t*>(data), size}, crc);
-    };
-    for (const BoardImage& image : view.images) {
-        add(image.image.values.data(), image.image.values.size());
-        add(&image.s, sizeof image.s);
+std::string hex(std::uint32_t crc) {
+    char text[16];
+    std::snprintf(text, sizeof text, "%08x", crc);
+    return text;
+}
+
+Divided divided(const GatheredViews& gathered, int every) {
+    Divided parts;
+    std::size_t usable = 0, next = 0;
+    for (const CornerView& view : gathered.views) usable += !view.corners.empty();
+    const auto step = static_cast<std::size_t>(every);
+    for (std::size_t i = 0; i < gathered.views.size(); ++i) {
+        const CornerView& view = gathered.views[i];
+        const bool check = every > 0 && usable >= kLeastForCheck && !view.corners.empty() &&
+                           next++ % step == step / 2;
+        (check ? parts.check : parts.solve).push_back(view);
+        std::uint32_t& crc = check ? parts.check_crc : parts.solve_crc;
+        crc = crc32c(
+            {reinterpret_cast<const std::uint8_t*>(&gathered.crcs[i]), sizeof gathered.crcs[i]},
+            crc);
     }
-    const auto add_pulses = [&](const PulseMap& pass) {
-        for (const Pulse& pulse : pass.pulses) {
-            const double numbers[] = {pulse.u, pulse.v, pulse.s};
-            add(numbers, sizeof numbers);
-        }
-    };
-    add_pulses(view.pulses);
-    for (const PulseMap& pass : view.further_passes) add_pulses(pass);
-    return crc;
+    return parts;
+}
+
+void refuse(const std::vector<DegeneracyFinding>& findings) {
+    for (const DegeneracyFinding& found : findings)
+        if (found.prevents)
+            throw Error(std::string("the views cannot calibrate the scanner (") +
+                        name_of(found.kind) + "): " + found.text);
 }
 
 class CalibrateScannerVerb final : public Verb {
@@ -62,161 +73,128 @@ class CalibrateScannerVerb final : public Verb {
         arguments.option("--plan", plan_,
                          "with a device: plan.toml of each sweep, off_frames >= 1");
         arguments.option("--views", views_, "with a device: placements of the board (15)");
-        arguments.flag("--guided", guided_, "with a device: say how to place the board each time");
+        arguments.flag("--guided", guided_,
+                       "with a device: say and draw (OUT.guide.svg) where to hold the board next");
+        arguments.option("--check", check_,
+                         "every N-th view is held out to check the result (5; 0: none), where "
+                         "there are 10 or more");
+        arguments.option("--temperature", temperature_c_,
+                         "of the scanner now, degrees Celsius, for the certificate");
+        arguments.option("--valid-days", valid_days_, "until the certificate expires (90)");
     }
 
     int run(const Context& context) override {
         const Board board = parse_board(board_);
+        check_options();
         context.check_output(out_);
-        Gathered gathered;
+        GatheredViews gathered;
         if (!nominal_.empty()) {
             gathered.nominal = read_scanner(nominal_);
             gathered.has_nominal = true;
         }
+        gather(context, board, gathered);
+        refuse(find_degeneracies(gathered.views, board, gathered.nominal));
+        const Divided parts = divided(gathered, check_);
+        context.say("solving " + std::to_string(parts.solve.size()) + " views");
+        CalibrationOutcome outcome = solve(parts, board, gathered);
+        write(outcome);
+        report_calibration(context, outcome);
+        return outcome.certificate.status == CertificateStatus::failed ? 1 : 0;
+    }
+
+  private:
+    void check_options() const {
+        if (check_ < 0 || check_ == 1)
+            throw Error("--check " + std::to_string(check_) +
+                        ": expected 2 or more, or 0 to hold no view out");
+        if (valid_days_ < 1 || valid_days_ > 3650)
+            throw Error("--valid-days " + std::to_string(valid_days_) + ": expected 1 to 3650");
+        if (views_ < 3) throw Error("--views " + std::to_string(views_) + ": expected 3 or more");
+        if (temperature_c_ != kNoTemperature && !(temperature_c_ >= -100 && temperature_c_ <= 200))
+            throw Error("--temperature: expected -100 to 200 degrees Celsius");
+    }
+
+    void gather(const Context& context, const Board& board, GatheredViews& gathered) const {
         const bool files = std::filesystem::is_regular_file(sources_.front());
         if (files && (!plan_.empty() || guided_))
             throw Error("--plan and --guided belong to a device; " + sources_.front() +
                         " is a recording");
-        if (files)
-            from_recordings(context, board, gathered);
-        else
-            from_device(context, board, gathered);
-        context.say("solving " + std::to_string(gathered.views.size()) + " views");
-        ScannerCalibration found = calibrate_scanner(gathered.views, board, gathered.nominal);
-        char hash[16];
-        std::snprintf(hash, sizeof hash, "%08x", gathered.crc);
-        found.model.provenance.made_by = std::string("stria ") + kVersion;
-        found.model.provenance.data_hash = hash;
-        write_scanner(out_, found.model);
-        report(context, found);
-        return 0;
+        if (files) return from_recordings(context, board, gathered);
+        if (sources_.size() != 1)
+            throw Error("expected recordings or one device; " + sources_.front() +
+                        " is no recording");
+        if (plan_.empty()) throw Error("a device needs --plan FILE, with off_frames = 1 or more");
+        BoardCaptureOptions capture{.device = sources_.front(),
+                                    .plan = read_plan(plan_),
+                                    .views = views_,
+                                    .guided = guided_,
+                                    .picture_path = out_ + ".guide.svg"};
+        if (capture.plan.off_frames < 1)
+            throw Error(plan_ + ": off_frames = " + std::to_string(capture.plan.off_frames) +
+                        "; expected 1 or more, or the board is not seen (rail, turntable: 5)");
+        capture_views(context, board, capture, gathered);
     }
 
-  private:
-    static void take(Gathered& gathered, const RecordingContents& contents, const Board& board,
-                     const std::string& name) {
-        if (!gathered.has_nominal) {
-            gathered.nominal = nominal_model_of(contents, name);
-            gathered.has_nominal = true;
-        }
-        const CalibrationView view = calibration_view_of(contents, name);
-        gathered.crc = check_sum(view, gathered.crc);
-        gathered.views.push_back(find_corners(view, board));
-    }
-
-    void from_recordings(const Context& context, const Board& board, Gathered& gathered) const {
+    void from_recordings(const Context& context, const Board& board,
+                         GatheredViews& gathered) const {
         Progress progress(context, "finding the board", sources_.size(), "recordings");
         for (std::size_t i = 0; i < sources_.size(); ++i) {
             LoadOptions load;
             const RecordingContents contents = load_recording(sources_[i], load);
             for (const std::string& note : contents.notes) context.say(sources_[i] + ": " + note);
-            take(gathered, contents, board, sources_[i]);
+            add_view(gathered, contents, board, sources_[i]);
             progress.update(i + 1);
         }
     }
 
-    void from_device(const Context& context, const Board& board, Gathered& gathered) const {
-        if (sources_.size() != 1)
-            throw Error("expected recordings or one device; " + sources_.front() +
-                        " is no recording");
-        if (plan_.empty()) throw Error("a device needs --plan FILE, with off_frames = 1 or more");
-        const ScanPlan plan = read_plan(plan_);
-        if (plan.off_frames < 1)
-            throw Error(plan_ + ": off_frames = " + std::to_string(plan.off_frames) +
-                        "; expected 1 or more, or the board is not seen (rail, turntable: 5)");
-        OpenOptions open;
-        open.seed = context.seed;
-        open.threads = thread_count();
-        const auto device = open_device(sources_.front(), open);
-        bool has_views = false;
-        for (const Feature& feature : device->features())
-            has_views = has_views || feature.name == "SceneView";
-        Progress progress(context, "sweeping over the board", static_cast<std::size_t>(views_),
-                          "views");
-        for (int view = 0; view < views_; ++view) {
-            if (has_views)
-                device->set_feature("SceneView", FeatureValue(std::int64_t{view}));
-            else
-                ask_for_board(view);
-            const std::string name = "view " + std::to_string(view + 1);
-            RunOptions options;
-            if (plan.record != RecordWhat::frames) options.load.on_frame = [](const Frame&) {};
-            take(gathered, device->run(plan, options), board, name);
-            for (const std::string& refusal : gathered.views.back().refusals) context.say(refusal);
-            progress.update(static_cast<std::size_t>(view) + 1);
+    CalibrationOutcome solve(const Divided& parts, const Board& board,
+                             const GatheredViews& gathered) const {
+        CalibrationOutcome outcome;
+        const ScannerCalibrationOptions options;
+        outcome.found = calibrate_scanner(parts.solve, board, gathered.nominal, options);
+        refuse(find_contradictions(outcome.found.model, gathered.nominal,
+                                   options.nominal_length_sigma_mm));
+        Provenance& provenance = outcome.found.model.provenance;
+        provenance.made_by = std::string("stria ") + kVersion;
+        provenance.data_hash = hex(parts.solve_crc);
+        outcome.halves = cross_validate(parts.solve, board, outcome.found);
+        outcome.check = check_held_out(parts.check, board, outcome.found);
+        Certificate& certificate = outcome.certificate;
+        certificate = certify(outcome.found, outcome.check, outcome.halves);
+        if (!gathered.simulated) {
+            provenance.date = certificate.date = today();
+            certificate.expires = days_after(certificate.date, valid_days_);
+        }
+        if (!parts.check.empty()) certificate.check_hash = hex(parts.check_crc);
+        if (temperature_c_ != kNoTemperature) certificate.temperature_c = temperature_c_;
+        compare_with_former(parts.solve, outcome);
+        return outcome;
+    }
+
+    void compare_with_former(const std::vector<CornerView>& views,
+                             CalibrationOutcome& outcome) const {
+        if (!std::filesystem::exists(out_)) return;
+        outcome.replaced = out_;
+        try {
+            outcome.movement = movement_of(read_scanner(out_), outcome.found.model,
+                                           pulse_samples(views, outcome.found.model));
+        } catch (const Error& error) {
+            outcome.movement.why_not = error.what();
         }
     }
 
-    /// Waits until the person has placed the board.
-    void ask_for_board(int view) const {
-        static const char* const kPlaces[] = {"in the middle, facing the camera",
-                                              "turned 30 deg to the left",
-                                              "turned 30 deg to the right",
-                                              "tilted 30 deg back",
-                                              "tilted 30 deg forward",
-                                              "near, in the upper left",
-                                              "near, in the lower right, turned",
-                                              "far, in the upper right",
-                                              "far, in the lower left, tilted"};
-        std::cerr << "view " << view + 1 << " of " << views_ << ": place the board";
-        if (guided_) std::cerr << ' ' << kPlaces[static_cast<std::size_t>(view) % 9];
-        std::cerr << ", let it rest and press Enter\n";
-        std::string line;
-        if (!std::getline(std::cin, line))
-            throw Error("input ended while waiting for the board of view " +
-                        std::to_string(view + 1));
+    /// A failed calibration never replaces what stands there: it goes beside it.
+    void write(CalibrationOutcome& outcome) const {
+        const bool failed = outcome.certificate.status == CertificateStatus::failed;
+        outcome.written = failed && !outcome.replaced.empty() ? out_ + ".failed" : out_;
+        write_scanner(outcome.written, outcome.found.model, outcome.certificate);
     }
 
-    void report(const Context& context, const ScannerCalibration& found) const {
-        const Eigen::Vector3d size = found.model.volume.max - found.model.volume.min;
-        std::vector<JsonResult> views, rejected;
-        for (const ScannerViewResult& view : found.views) {
-            if (!view.rejected.empty()) {
-                rejected.push_back(
-                    JsonResult().set("file", view.name).set("reason", view.rejected));
-                context.say("not used: " + view.name + ": " + view.rejected);
-            }
-            for (const std::string& note : view.notes) context.say(view.name + ": " + note);
-            views.push_back(JsonResult()
-                                .set("name", view.name)
-                                .set("rms_px", view.rms_px)
-                                .set("stripe_rms_sigma", view.stripe_rms)
-                                .set("corners_used", view.corners_used)
-                                .set("corners_rejected", view.corners_rejected)
-                                .set("stripe_points_used", view.stripe_points_used)
-                                .set("stripe_points_rejected", view.stripe_points_rejected)
-                                .set("notes", view.notes));
-        }
-        std::ostringstream line;
-        line << out_ << ": corners " << found.rms_px << " px rms over " << found.views_used
-             << " views, predicted point sigma " << found.predicted.median_mm
-             << " mm (95 %: " << found.predicted.p95_mm << ") over " << size.x() << " x "
-             << size.y() << " x " << size.z() << " mm";
-        context.say(line.str());
-        for (const std::string& warning : found.warnings) context.say("warning: " + warning);
-        context.finish(
-            JsonResult()
-                .set("rms_px", found.rms_px)
-                .set("predicted_sigma_mm", JsonResult()
-                                               .set("median", found.predicted.median_mm)
-                                               .set("p95", found.predicted.p95_mm))
-                .set("volume_mm3", size.prod())
-                .set("warnings", found.warnings)
-                .set("views_used", found.views_used)
-                .set("views_rejected", rejected)
-                .set("views", views)
-                .set("certificate", JsonResult()
-                                        .set("converged", found.converged)
-                                        .set("chi_square_per_dof", found.chi_square_per_dof)
-                                        .set("corner_sigma_px", found.corner_sigma_px)
-                                        .set("stripe_sigma_factor", found.stripe_sigma_factor)
-                                        .set("weakest", found.predicted.weakest)
-                                        .set("data_hash", found.model.provenance.data_hash)));
-    }
-
+    static constexpr double kNoTemperature = -1e9;
     std::vector<std::string> sources_;
     std::string board_, out_, nominal_, plan_;
-    int views_ = 15;
+    int views_ = 15, check_ = 5, valid_days_ = 90;
+    double temperature_c_ = kNoTemperature;
     bool guided_ = false;
 };
 

@@ -5,9 +5,11 @@
 #include "host/cli/fast_analysis.h"
 #include "host/cli/progress.h"
 #include "host/cli/recording_range.h"
+#include "host/cli/today.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
 #include "host/geometry/parallel.h"
+#include "host/io/certificate.h"
 #include "host/io/model_io.h"
 #include "host/io/range_io.h"
 #include "host/local/open_device.h"
@@ -103,6 +105,12 @@ class ScanVerb final : public Verb {
                 "calibrate scanner, then stria range with its --model");
         } else {
             const ScannerModel model = read_scanner(model_path);
+            if (const std::string why =
+                    certificate_warning(read_certificate(model_path), model, today());
+                !why.empty()) {
+                context.say("warning: " + why);
+                result.set("certificate_warning", why);
+            }
             if (const std::string note = paths_note(recording, model); !note.empty())
                 context.say(folder.recording() + ": " + note);
             const RangeResult range = range_of(recording, model, folder.recording());
@@ -126,7 +134,7 @@ class ScanVerb final : public Verb {
         if (std::filesystem::exists(kept) &&
             format_scanner(read_scanner(kept)) != format_scanner(model))
             context.check_output(kept);
-        write_scanner(kept, model);
+        write_scanner(kept, model, read_certificate(model_));
         return kept;
     }
 

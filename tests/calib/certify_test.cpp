@@ -90,6 +90,29 @@ TEST(Certify, WithoutHeldOutViewsNothingIsPassed) {
     EXPECT_EQ(solved.certificate().status, CertificateStatus::failed);
 }
 
+TEST(Certify, OnlyHalvesThatAreKnownWellEnoughCondemn) {
+    ScannerCalibration solved;
+    solved.converged = true;
+    solved.model.volume = {Eigen::Vector3d::Zero(), Eigen::Vector3d(300, 200, 0)};  // limit 36 um
+    HeldOutCheck check;
+    check.views = 3;
+    CrossValidation halves;
+    halves.p_value = 1e-5;
+    SplitCheck split;
+    split.how = "near and far";
+    split.done = true;
+    split.difference_mm = 0.1;
+    split.expected_mm = 0.03;
+    split.p_value = 2e-5;
+    halves.splits = {split};
+    const Certificate failed = certify(solved, check, halves);
+    EXPECT_EQ(failed.status, CertificateStatus::failed);
+    ASSERT_EQ(failed.reasons.size(), 1U);
+    EXPECT_NE(failed.reasons[0].find("(p 2e-05)"), std::string::npos) << failed.reasons[0];
+    halves.splits[0].expected_mm = 0.06;  // few views in each half
+    EXPECT_EQ(certify(solved, check, halves).status, CertificateStatus::passed);
+}
+
 TEST(Certify, SaysWhatMovedInSigmas) {
     const Solved solved(MachineKind::rail, 14);
     const auto samples = pulse_samples(solved.views, solved.found.model);

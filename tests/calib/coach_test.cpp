@@ -14,7 +14,8 @@
 namespace stria {
 namespace {
 
-const char* const kBoard = "chessboard:12x9:22";
+/// 12 x 9 corners with markers: synthetic views hold parts of boards, which only markers tell.
+const char* const kBoard = "charuco:13x10:22:16:DICT_5X5_250";
 
 SyntheticOptions quick_views(MachineKind kind) {
     SyntheticOptions options;
@@ -124,6 +125,35 @@ TEST_P(CoachOf, GuidedViewsTeachMoreThanRandomOnes) {
     std::cout << name_of(GetParam()) << ": " << guided.sigma_mm() << " mm by 6 guided views, "
               << random.sigma_mm() << " mm by 6 random ones" << std::endl;
     EXPECT_LT(guided.sigma_mm(), random.sigma_mm());
+}
+
+TEST_P(CoachOf, ABoardWithoutMarkersStaysWhollyInThePicture) {
+    const Board board = parse_board("chessboard:9x6:22");
+    const ScannerModel drawn = drawn_scanner(GetParam());
+    CoachOptions options = coach_options(GetParam());
+    options.plan.picture_s = {0};
+    const Coach coach(board, drawn, options);
+    const Channel& channel = drawn.channels.front();
+    const Rigid3 pose = board_motion(channel, 0) * coach.advise().camera_from_board;
+    for (const Eigen::Vector3d& corner :
+         {Eigen::Vector3d(-22, -22, 0), Eigen::Vector3d(198, -22, 0), Eigen::Vector3d(-22, 132, 0),
+          Eigen::Vector3d(198, 132, 0)}) {
+        const auto pixel = project(channel.camera, pose * corner);
+        ASSERT_TRUE(pixel);
+        EXPECT_TRUE(channel.camera.contains(*pixel)) << pixel->transpose();
+    }
+}
+
+TEST_P(CoachOf, NeverAsksAgainForWhatFailed) {
+    const Board board = parse_board(kBoard);
+    const ScannerModel drawn = drawn_scanner(GetParam());
+    Coach coach(board, drawn, coach_options(GetParam()));
+    const Rigid3 first = coach.advise().camera_from_board;
+    coach.avoid(first);
+    const Rigid3 second = coach.advise().camera_from_board;
+    EXPECT_GT((second.translation - first.translation).norm() +
+                  100 * (second.rotation - first.rotation).norm(),
+              10);
 }
 
 #ifdef STRIA_GUIDED_VIEWS  // the long program

@@ -84,8 +84,8 @@ std::vector<Rigid3> Coach::candidates() const {
     std::vector<Rigid3> all;
     int count = 0;
     for (const double share : {0.0, 0.5, 1.0})
-        for (const double u : {0.3, 0.5, 0.7})
-            for (const double v : {0.3, 0.5, 0.7})
+        for (const double u : {0.15, 0.3, 0.5, 0.7, 0.85})
+            for (const double v : {0.15, 0.3, 0.5, 0.7, 0.85})
                 for (const Eigen::Vector3d& tilt : tilts()) {
                     const Eigen::Vector3d ray =
                         ray_through(camera, {u * camera.width, v * camera.height});

@@ -77,6 +77,10 @@ std::string Coach::picture(const CoachAdvice& advice) const {
         "font-family=\"sans-serif\" font-size=\"14\">\n",
         kBarAt + kBarWide + 70, high + 2 * kMargin + 45);
     svg += format(
+        "<clipPath id=\"image\"><rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\"/>"
+        "</clipPath>\n",
+        kMargin, kMargin, kImageWide, high);
+    svg += format(
         "<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" fill=\"#f4f4f4\" "
         "stroke=\"#000\"/>\n",
         kMargin, kMargin, kImageWide, high);
@@ -85,8 +89,8 @@ std::string Coach::picture(const CoachAdvice& advice) const {
         "stroke=\"#000\"/>\n",
         kBarAt, kMargin, kBarWide, high);
     const auto board = [&](const Rigid3& pose, const char* style) {
-        svg += "<polygon points=\"" + outline_points(camera, board_, pose, scale) + "\" " + style +
-               "/>\n";
+        svg += "<polygon clip-path=\"url(#image)\" points=\"" +
+               outline_points(camera, board_, pose, scale) + "\" " + style + "/>\n";
         const Eigen::Vector2d range = depths(board_, pose);
         svg += format("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" ", kBarAt,
                       bar_y(range[1]), kBarWide, std::max(2.0, bar_y(range[0]) - bar_y(range[1]))) +
@@ -103,7 +107,7 @@ std::string Coach::picture(const CoachAdvice& advice) const {
                   kMargin + 12, all[1]);
     svg += format("<text x=\"%.1f\" y=\"%.1f\">%.0f mm</text>\n", kBarAt + kBarWide + 5,
                   kMargin + high, all[0]);
-    svg += format("<text x=\"%.1f\" y=\"%.1f\">", kMargin, kMargin + high + 22);
+    svg += format("<text x=\"%.1f\" y=\"%.1f\" font-size=\"12\">", kMargin, kMargin + high + 22);
     svg += "View " + std::to_string(taken_.size() + 1) + ": " +
            describe_placement(camera, board_, advice.camera_from_board) + "</text>\n";
     svg += format("<text x=\"%.1f\" y=\"%.1f\">", kMargin, kMargin + high + 42);

@@ -259,6 +259,7 @@ void Calibrator::solve_sheet() {
         if (swept && round > 0) stage.axis_free = {0, 1, 2, 3, 4, 5, 6};
         if (swept && round > 2) stage.axis_free = all.axis_free;
         if (round > 2) stage.sheet_free = all.sheet_free;
+        stage.mirror_bounded = round < 3;
         problem_.weigh_stripes();
         std::vector<double> sizes = stripe_residuals();
         for (double& r : sizes) r = std::abs(r);

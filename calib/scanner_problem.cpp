@@ -202,7 +202,7 @@ void ScannerProblem::bound_mirror_turn(ceres::Problem& problem) {
 ceres::Solver::Summary ScannerProblem::solve(const Stage& stage) {
     ceres::Problem problem;
     build(problem, stage);
-    bound_mirror_turn(problem);
+    if (stage.mirror_bounded) bound_mirror_turn(problem);
     ceres::Solver::Options options;
     options.linear_solver_type = stage.camera ? ceres::DENSE_SCHUR : ceres::DENSE_NORMAL_CHOLESKY;
     options.logging_type = ceres::SILENT;

@@ -44,9 +44,10 @@ class ScannerProblem {
         bool camera = true;           ///< intrinsics and poses move
         std::vector<int> sheet_free;  ///< entries of each sheet's difference
         std::vector<int> axis_free;
-        bool corners = true;      ///< use their residuals
-        double huber_sigmas = 0;  ///< 0: plain least squares
-        int every = 1;            ///< use each n-th stripe point only
+        bool corners = true;          ///< use their residuals
+        double huber_sigmas = 0;      ///< 0: plain least squares
+        int every = 1;                ///< use each n-th stripe point only
+        bool mirror_bounded = false;  ///< a mirror stays near its drawing, see kMostMirrorTurn
         int max_iterations = 50;
     };
     /// Everything that is ever solved: all of the sheets, and the axis without a turntable's free

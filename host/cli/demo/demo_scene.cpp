@@ -27,9 +27,9 @@ Channel scanner_design(bool quick) {
     Channel channel;
     CameraModel& camera = channel.camera;
     camera.kind = LensKind::brown5;
-    camera.width = quick ? 512 : 768;
-    camera.height = quick ? 432 : 640;
-    const double pitch_mm = quick ? 0.40 : 0.27;
+    camera.width = quick ? 480 : 768;
+    camera.height = quick ? 405 : 640;
+    const double pitch_mm = quick ? 0.427 : 0.27;
     camera.fx = camera.fy = kDistanceMm / pitch_mm;
     camera.cx = 0.5 * (camera.width - 1);
     camera.cy = 0.5 * (camera.height - 1);

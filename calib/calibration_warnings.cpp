@@ -2,32 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+
+#include "host/core/short_number.h"
 
 namespace stria {
 namespace {
-
-std::string text(double value, int digits = 3) {
-    std::ostringstream out;
-    out.precision(digits);
-    out << value;
-    return out.str();
-}
 
 void judge_focal_length(const ScannerModel& model, std::vector<std::string>& warnings) {
     const CameraModel& camera = model.channels[0].camera;
     const double sigma_fx = std::sqrt(std::max(0.0, model.covariance(0, 0)));
     if (sigma_fx > 3e-3 * camera.fx)
-        warnings.push_back("the focal length is known to " + text(100 * sigma_fx / camera.fx, 2) +
+        warnings.push_back("the focal length is known to " +
+                           short_number(100 * sigma_fx / camera.fx, 2) +
                            " % only: add views with the board tilted");
 }
 
 void judge_scatter(const ScannerCalibration& result, std::vector<std::string>& warnings) {
     if (result.stripe_sigma_factor > 2 || result.stripe_sigma_factor < 0.5)
-        warnings.push_back("stripe points scatter " + text(result.stripe_sigma_factor) +
+        warnings.push_back("stripe points scatter " + short_number(result.stripe_sigma_factor, 3) +
                            " times what their pulses claim");
     if (result.corner_sigma_px > 0.5)
-        warnings.push_back("corners scatter by " + text(result.corner_sigma_px) +
+        warnings.push_back("corners scatter by " + short_number(result.corner_sigma_px, 3) +
                            " px: a bent board, blur, or a lens model that does not fit");
 }
 
@@ -47,7 +42,7 @@ std::vector<std::string> calibration_warnings(const ScannerCalibration& result,
     const ValidVolume& volume = result.model.volume;
     const double diagonal = (volume.max - volume.min).norm();
     if (result.predicted.median_mm > 1e-4 * diagonal)
-        warnings.push_back("the calibration leaves " + text(result.predicted.median_mm) +
+        warnings.push_back("the calibration leaves " + short_number(result.predicted.median_mm, 3) +
                            " mm of uncertainty at a typical point (more than 1e-4 of the volume), "
                            "most of it with " +
                            result.predicted.weakest + ": add views");
@@ -60,8 +55,8 @@ std::string far_from_drawing(const AxisModel& solved, const AxisModel& drawn, do
     const double turn =
         std::acos(std::clamp(solved.mirror.normal0.dot(drawn.mirror.normal0), -1.0, 1.0));
     if (turn < most_rad) return "";
-    return "the mirror came out " + text(turn * kDegrees) +
-           " deg from its drawing, expected less than " + text(most_rad * kDegrees) +
+    return "the mirror came out " + short_number(turn * kDegrees, 3) +
+           " deg from its drawing, expected less than " + short_number(most_rad * kDegrees, 3) +
            ": check the drawing, or take more views";
 }
 

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
+
+#include "host/core/short_number.h"
 
 namespace stria {
 namespace {
@@ -20,13 +21,6 @@ constexpr double kLeastTravelShare = 0.04;  ///< of the distance
 constexpr double kLeastTurnRad = 2 / kDegrees;
 constexpr double kOneLine = 0.05;  ///< second over first spread of the stripes
 constexpr double kDrawingSigmas = 4;
-
-std::string text(double value, int digits = 3) {
-    std::ostringstream out;
-    out.precision(digits);
-    out << value;
-    return out.str();
-}
 
 double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -60,14 +54,14 @@ void judge_tilt(const CalibrationCoverage& seen, std::vector<DegeneracyFinding>&
     if (from_axis < kFacingRad)
         findings.push_back(
             {Degeneracy::no_tilt, false,
-             "no board is tilted (at most " + text(from_axis * kDegrees) +
+             "no board is tilted (at most " + short_number(from_axis * kDegrees, 3) +
                  " deg from facing the camera), so the boards are nearly parallel to each other: "
                  "focal length and distance cannot be told apart; tilt the board 20 to 40 deg to "
                  "the left, right, back and forward"});
     else if (widest < kLeastTiltRad)
         findings.push_back({Degeneracy::parallel_boards, false,
                             "the boards are nearly parallel to each other (at most " +
-                                text(widest * kDegrees) +
+                                short_number(widest * kDegrees, 3) +
                                 " deg apart): focal length and depth are weak; tilt the board 20 "
                                 "to 40 deg to different sides"});
 }
@@ -88,7 +82,8 @@ void judge_stripes(const CalibrationCoverage& seen, MachineKind kind,
     const double near = quantile(depths, 0.02), far = quantile(depths, 0.98);
     if (far - near < kLeastDepthShare * near)
         findings.push_back({Degeneracy::one_depth, false,
-                            "the stripe was seen between " + text(near) + " and " + text(far) +
+                            "the stripe was seen between " + short_number(near, 3) + " and " +
+                                short_number(far, 3) +
                                 " mm from the camera only: place the board nearer and farther, "
                                 "over the whole depth you will scan"});
 }
@@ -104,8 +99,8 @@ void judge_image(const CalibrationCoverage& seen, int image_width, int image_hei
     const double high = (quantile(vs, 1) - quantile(vs, 0)) / image_height;
     if (!us.empty() && (wide < kLeastImageShare || high < kLeastImageShare))
         findings.push_back({Degeneracy::centre_only, false,
-                            "the board covered " + text(100 * wide, 2) +
-                                " % of the image's width and " + text(100 * high, 2) +
+                            "the board covered " + short_number(100 * wide, 2) +
+                                " % of the image's width and " + short_number(100 * high, 2) +
                                 " % of its height: lens distortion is a guess outside; bring the "
                                 "board to the image's sides and corners"});
 }
@@ -124,12 +119,12 @@ void judge_axis(const CalibrationCoverage& seen, MachineKind kind,
              "as drawn: take pictures at 5 positions of the travel (off_frames = 5)"});
     else if (kind == MachineKind::turntable && travel < kLeastArcRad)
         findings.push_back({Degeneracy::short_arc, false,
-                            "the board was pictured over " + text(travel * kDegrees) +
+                            "the board was pictured over " + short_number(travel * kDegrees, 3) +
                                 " deg of the table's turn only: its centre is weak below 60 deg; "
                                 "take pictures at more positions (off_frames)"});
     else if (kind == MachineKind::rail && travel < kLeastTravelShare * distance)
         findings.push_back({Degeneracy::short_travel, false,
-                            "the board was pictured over " + text(travel) +
+                            "the board was pictured over " + short_number(travel, 3) +
                                 " mm of the rail only: its direction is weak; take pictures at "
                                 "both ends (off_frames)"});
 }
@@ -199,9 +194,10 @@ std::vector<DegeneracyFinding> find_contradictions(const ScannerModel& solved,
     const double drawn = axis_distance_mm(nominal.channels.front());
     if (!(std::abs(found - drawn) > kDrawingSigmas * nominal_length_sigma_mm)) return {};
     return {{Degeneracy::square_size, true,
-             "the axis was found " + text(found, 4) + " mm from the camera, the drawing says " +
-                 text(drawn, 4) + " mm: the board's square size is wrong (all lengths " +
-                 text(found / drawn, 4) +
+             "the axis was found " + short_number(found, 4) +
+                 " mm from the camera, the drawing says " + short_number(drawn, 4) +
+                 " mm: the board's square size is wrong (all lengths " +
+                 short_number(found / drawn, 4) +
                  " times the drawing's), or the drawing is; measure the "
                  "printed squares with a ruler"}};
 }

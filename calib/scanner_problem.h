@@ -11,7 +11,8 @@
 /// For calib's own .cpp files only: it shows Ceres.
 namespace stria {
 
-/// How far a mirror's m0 may come out from its drawing, in the drawing's standard deviations.
+/// How far a mirror's m0 may turn from its drawing at the start, in the drawing's standard
+/// deviations; a result near it is not called converged.
 constexpr double kMostMirrorTurn = 6;
 
 /// The joint problem of channels that share camera and axis, one a laser: camera, differences of

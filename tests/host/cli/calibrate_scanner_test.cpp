@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "host/cli/run.h"
 #include "host/io/certificate.h"
 #include "host/io/image_io.h"
 #include "host/io/model_io.h"
 #include "host/io/whole_file.h"
 #include "sim/scene.h"
+#include "tests/host/cli/run_stria.h"
 #include "tests/host/io/temporary_folder.h"
 #include "tests/support/machine_scenes.h"
 
@@ -17,26 +17,9 @@
 namespace stria {
 namespace {
 
-struct Said {
-    int code = 0;
-    std::string out, err;
-};
-
-Said stria(const std::vector<std::string>& arguments) {
-    std::vector<const char*> argv = {"stria"};
-    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    Said said;
-    said.code = run_program(static_cast<int>(argv.size()), argv.data());
-    said.out = testing::internal::GetCapturedStdout();
-    said.err = testing::internal::GetCapturedStderr();
-    return said;
-}
-
-bool says(const std::string& text, const std::string& what) {
-    return text.find(what) != std::string::npos;
-}
+using test_support::Ended;
+using test_support::has;
+using test_support::run_stria;
 
 class CalibrateScanner : public testing::Test {
   protected:
@@ -74,27 +57,27 @@ TEST_F(CalibrateScanner, RefusesOptionsThatMeanNothing) {
                                                           {"--valid-days", "0"},
                                                           {"--views", "2"},
                                                           {"--temperature", "900"}}) {
-        const Said said = stria(arguments({option, value}));
+        const Ended said = run_stria(arguments({option, value}));
         EXPECT_EQ(said.code, 1) << option;
-        EXPECT_TRUE(says(said.err, option)) << said.err;
-        EXPECT_TRUE(says(said.err, "expected")) << said.err;
+        EXPECT_TRUE(has(said.err, option)) << said.err;
+        EXPECT_TRUE(has(said.err, "expected")) << said.err;
     }
-    const Said no_texture = stria({"calibrate", "scanner", "sim:" + (folder_ / "sphere.toml"),
-                                   "--board", board_, "--plan", folder_ / "board_plan.toml",
-                                   "--out", folder_ / "scanner.toml", "--guided"});
+    const Ended no_texture = run_stria({"calibrate", "scanner", "sim:" + (folder_ / "sphere.toml"),
+                                        "--board", board_, "--plan", folder_ / "board_plan.toml",
+                                        "--out", folder_ / "scanner.toml", "--guided"});
     EXPECT_EQ(no_texture.code, 1);
-    EXPECT_TRUE(says(no_texture.err, "no object has a texture")) << no_texture.err;
+    EXPECT_TRUE(has(no_texture.err, "no object has a texture")) << no_texture.err;
 }
 
 #ifdef STRIA_LONG
 TEST_F(CalibrateScanner, GuidesChecksCertifiesAndScanReadsIt) {
     const std::string out = folder_ / "scanner.toml";
-    const Said first = stria(arguments({"--guided", "--views", "10", "--temperature", "21"}));
+    const Ended first = run_stria(arguments({"--guided", "--views", "10", "--temperature", "21"}));
     std::cout << first.out << first.err << std::endl;
     ASSERT_EQ(first.code, 0) << first.err;
-    EXPECT_TRUE(says(first.out, "view 10: hold the board")) << first.out;
-    EXPECT_TRUE(says(first.out, "certificate: passed")) << first.out;
-    EXPECT_TRUE(says(read_whole_file(out + ".guide.svg"), "</svg>"));
+    EXPECT_TRUE(has(first.out, "view 10: hold the board")) << first.out;
+    EXPECT_TRUE(has(first.out, "certificate: passed")) << first.out;
+    EXPECT_TRUE(has(read_whole_file(out + ".guide.svg"), "</svg>"));
     const auto certificate = read_certificate(out);
     ASSERT_TRUE(certificate);
     EXPECT_EQ(certificate->status, CertificateStatus::passed);
@@ -104,18 +87,18 @@ TEST_F(CalibrateScanner, GuidesChecksCertifiesAndScanReadsIt) {
     EXPECT_EQ(certificate->date, "");  // simulated: the same bytes any day
     EXPECT_EQ(certificate->data_hash, read_scanner(out).provenance.data_hash);
 
-    EXPECT_EQ(stria(arguments({"--views", "9"})).code, 1);  // it is there already
-    const Said again = stria(arguments({"--views", "9", "--force"}));
+    EXPECT_EQ(run_stria(arguments({"--views", "9"})).code, 1);  // it is there already
+    const Ended again = run_stria(arguments({"--views", "9", "--force"}));
     std::cout << again.out << again.err << std::endl;
     EXPECT_EQ(again.code, 0) << again.err;
-    EXPECT_TRUE(says(again.out, "points moved by")) << again.out;
-    EXPECT_TRUE(says(again.out, "certificate: unchecked")) << again.out;  // 9 views: none to spare
+    EXPECT_TRUE(has(again.out, "points moved by")) << again.out;
+    EXPECT_TRUE(has(again.out, "certificate: unchecked")) << again.out;  // 9 views: none to spare
 
-    const Said scan =
-        stria({"scan", "sim:" + (folder_ / "sphere.toml"), "--plan", folder_ / "sphere_plan.toml",
-               "--model", out, "--out", folder_ / "part"});
+    const Ended scan =
+        run_stria({"scan", "sim:" + (folder_ / "sphere.toml"), "--plan",
+                   folder_ / "sphere_plan.toml", "--model", out, "--out", folder_ / "part"});
     EXPECT_EQ(scan.code, 0) << scan.err;
-    EXPECT_TRUE(says(scan.out, "warning: the calibration was not checked")) << scan.out;
+    EXPECT_TRUE(has(scan.out, "warning: the calibration was not checked")) << scan.out;
     EXPECT_TRUE(read_certificate(folder_ / "part/scanner.toml"));
 }
 #endif

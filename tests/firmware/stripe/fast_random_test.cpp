@@ -7,5 +7,8 @@ namespace {
 
 TEST(FastSpacetime, BreaksNoBoundInRandomSweeps) { expect_no_broken_bound(0, 300); }
 
+// Among them a pulse whose flank fell between missing frames: its first step's matrix was 6 % off.
+TEST(FastSpacetime, SigmaServesBesideMissingFrames) { expect_no_broken_bound(300'300, 300'400); }
+
 }  // namespace
 }  // namespace stria::test

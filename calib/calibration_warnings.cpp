@@ -60,4 +60,11 @@ std::string far_from_drawing(const AxisModel& solved, const AxisModel& drawn, do
            ": check the drawing, or take more views";
 }
 
+std::string alike_mirrors(double margin) {
+    constexpr double kApart = 2;  // half the chi-square that 2 sigma are
+    if (margin >= kApart) return "";
+    return "two tilts of the mirror fit almost alike (half chi-square " + short_number(margin, 2) +
+           " apart), and the predicted uncertainty knows of one only: add views";
+}
+
 }  // namespace stria

@@ -17,4 +17,8 @@ std::vector<std::string> calibration_warnings(const ScannerCalibration& result,
 /// border is near: a false solution, or not the drawn machine. Empty for less, and for other axes.
 std::string far_from_drawing(const AxisModel& solved, const AxisModel& drawn, double most_rad);
 
+/// What to say of two tilts of the mirror whose half chi-squares are `margin` apart, of which a
+/// covariance knows one. Empty where the data tell them apart by 2 sigma.
+std::string alike_mirrors(double margin);
+
 }  // namespace stria

@@ -8,6 +8,7 @@
 #include "calib/calibration_warnings.h"
 #include "calib/camera_calibration.h"
 #include "calib/detect_board.h"
+#include "calib/mirror_tilt.h"
 #include "calib/predicted_sigma.h"
 #include "calib/scanner_problem.h"
 #include "calib/stripe_points.h"
@@ -321,8 +322,11 @@ void Calibrator::solve_jointly() {
     stage.huber_sigmas = 0;
     stage.max_iterations = 100;
     ceres::Solver::Summary summary;
+    OtherMirror other;
     for (int round = 0; round < 3; ++round) {
         summary = problem_.solve(stage);
+        if (round == 0)
+            other = take_better_mirror(problem_, stage, 2 * options_.nominal_angle_sigma_rad);
         if (round == 2) break;  // the last solve and the covariance share their weights
         problem_.weigh_stripes();
         estimate_sigmas(false);
@@ -336,6 +340,8 @@ void Calibrator::solve_jointly() {
     };
     for (int round = 0; round < 10 && !is_done(); ++round) summary = problem_.solve(stage);
     result_.converged = is_done();
+    if (const std::string alike = alike_mirrors(other.margin); !alike.empty())
+        result_.warnings.push_back(alike);
     const std::string far =
         far_from_drawing(problem_.channels().front().axis, nominal_.channels.front().axis,
                          0.95 * kMostMirrorTurn * options_.nominal_angle_sigma_rad);

@@ -231,6 +231,14 @@ ceres::Solver::Summary ScannerProblem::solve(const Stage& stage) {
     return summary;
 }
 
+double ScannerProblem::cost(const Stage& stage) {
+    ceres::Problem problem;
+    build(problem, stage);
+    double cost = 0;
+    problem.Evaluate({}, &cost, nullptr, nullptr, nullptr);
+    return cost;
+}
+
 void ScannerProblem::rebase() {
     const MachineKind kind = base_.front().axis.kind;
     for (std::size_t c = 0; c < base_.size(); ++c) {

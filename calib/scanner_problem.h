@@ -63,6 +63,8 @@ class ScannerProblem {
 
     /// Solves, then makes the result the new base (all differences 0).
     ceres::Solver::Summary solve(const Stage& stage);
+    /// Half the chi-square that a stage would start with.
+    double cost(const Stage& stage);
     /// The channels as they stand.
     const std::vector<Channel>& channels() const { return base_; }
     /// Camera and axis for all of them; the sheets stay.

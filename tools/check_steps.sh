@@ -17,7 +17,9 @@ minutes_of_numbers='(Spatial|Temporal)Bound|WithoutSim|SimulatedFramesReachTheBo
 minutes_of_numbers+='|^Robustness\.Drops|PeakMethods\.ReachWhat|^ReflectanceCard|^Corner\.'
 minutes_of_numbers+='|^CornerTable|^Determinism\.Seeds|SaysThatAScanOfAnotherPart'
 minutes_of_numbers+='|^FitPulses\.FindsWhatAScan|PeakMethods\.SayTheirOwnSigma'
-minutes_of_numbers+='|^CalibrateSheetReal|^ScannerCalibration\.KeepsTheMirror'
+minutes_of_numbers+='|^CalibrateSheetReal|^ScannerCalibration\.KeepsTheMirror|^CalibrateSheetSimulated'
+minutes_of_numbers+='|MeetsThePointErrorAndItsOwnPrediction|PeaksOfEveryMethodLieInOnePlane'
+minutes_of_numbers+='|OnARailHasTheSigmaThatWasAdvised'
 
 sources() { find firmware host calib sim tests -name '*.h' -o -name '*.cpp'; }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "calib/calibration_warnings.h"
 #include "tests/calib/linearised_calibration.h"
 #include "tests/calib/synthetic_scanner.h"
 
@@ -78,6 +79,12 @@ TEST_F(TwoSolutions, TheTrueOneIsKept) {
     EXPECT_FALSE(other.taken);
     EXPECT_GT(other.margin, 1);
     EXPECT_NEAR(tilt_of(problem), tilt_of(at_truth()), 1e-3);
+}
+
+TEST(OtherMirror, IsSpokenOfWhereItFitsAlmostAlike) {
+    EXPECT_EQ(alike_mirrors(OtherMirror().margin), "");  // there is none
+    EXPECT_EQ(alike_mirrors(2), "");                     // 2 sigma apart
+    EXPECT_NE(alike_mirrors(1.5).find("half chi-square 1.5 apart"), std::string::npos);
 }
 
 TEST(OtherMirror, IsNotLookedForOnOtherMachines) {

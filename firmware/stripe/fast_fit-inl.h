@@ -129,9 +129,9 @@ class LaneFit {
         return hn::RebindMask(DF(), hn::AndNot(hn::Lt(at, lanes_.begin), hn::Lt(at, lanes_.end)));
     }
     /// Relative change of the model up to which the matrix says its sigma, too: of few samples a
-    /// width, where each of them lies matters, and most so beside a gap.
+    /// width, where each of them lies matters, and most so beside a wide gap.
     HWY_INLINE VF matrix_serves() const {
-        const VF samples = hn::Mul(model_.width, constant(1.0f / task_.coarsest));
+        const VF samples = hn::Mul(model_.width, constant(1.0f / task_.widest_gap));
         return hn::Mul(constant(kMatrixServes), hn::Mul(samples, hn::Mul(samples, samples)));
     }
     /// What the variances fall with.

@@ -217,7 +217,7 @@ void GroupFits::fill(Work& work, const GroupWindows& group) const {
     task.x = table_.times(group.first, work.middle);
     task.interval = table_.intervals(group.first);
     task.period = static_cast<float>((times[length - 1] - times[0]) / (length - 1));
-    task.coarsest = may_have_wide_gap(task) ? static_cast<float>(table_.widest_gap()) : task.period;
+    task.widest_gap = std::max(task.period, static_cast<float>(table_.widest_gap()));
     task.half_aperture = table_.half_aperture(group.first);
     task.max_width = 0.5f * static_cast<float>(setting_.options.max_pulse_frames) * task.period;
     task.samples = table_.pixels(group.first);
@@ -243,15 +243,11 @@ void GroupFits::copy_samples(Work& work, std::size_t size) {
     task.offset = 0;
 }
 
-bool GroupFits::may_have_wide_gap(const FitTask& task) const {
-    // A per cent for the rounding of the kernels' times.
-    return table_.widest_gap() >= 0.99 * static_cast<double>(kWideGap * task.period);
-}
-
 /// Beside a gap between frames that is wide against a pulse there may be another place and width
 /// for it, as likely: such pulses are the reference's.
 void GroupFits::doubt_pulses_in_gaps(FitTask& task) const {
-    if (!may_have_wide_gap(task)) return;
+    // A per cent for the rounding of the kernels' times.
+    if (task.widest_gap < 0.99f * kWideGap * task.period) return;
     const int length = task.windows->past - task.windows->first;
     for (int i = 1; i < length; ++i) {
         const float low = task.x[i - 1], high = task.x[i], gap = high - low;

@@ -91,7 +91,6 @@ class GroupFits {
     void fit(const GroupWindows& group, const GroupWindows* other);
     void fill(Work& work, const GroupWindows& group) const;
     static void copy_samples(Work& work, std::size_t size);
-    bool may_have_wide_gap(const FitTask& task) const;
     void doubt_pulses_in_gaps(FitTask& task) const;
     void settle(const Work& work);
     void store(const Work& work, TimeNs middle);

@@ -139,7 +139,7 @@ struct FitTask {
     const float* x = nullptr;         ///< times of the frames from `first` on
     const float* interval = nullptr;  ///< half the time between the frames before and behind
     float period = 1;                 ///< mean time between frames
-    float coarsest = 1;               ///< the period, or the gap where frames are missing
+    float widest_gap = 1;             ///< between frames of the sweep
     float period_ns = 1;              ///< the unit
     float half_aperture = 0;          ///< of an exposure
     float variance_floor = 0, variance_gain = 0, black = 0;   ///< DN^2; DN^2 per DN; DN

@@ -10,5 +10,8 @@ TEST(FastSpacetime, BreaksNoBoundInRandomSweeps) { expect_no_broken_bound(0, 300
 // Among them a pulse whose flank fell between missing frames: its first step's matrix was 6 % off.
 TEST(FastSpacetime, SigmaServesBesideMissingFrames) { expect_no_broken_bound(300'300, 300'400); }
 
+// Among them a pulse of 1.8 frames whose samples jitter by half a frame: 8 % off.
+TEST(FastSpacetime, SigmaServesAmongJitteringFrames) { expect_no_broken_bound(7'990, 8'000); }
+
 }  // namespace
 }  // namespace stria::test

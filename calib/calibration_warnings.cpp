@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "firmware/core/angle.h"
 #include "host/core/short_number.h"
 
 namespace stria {
@@ -51,12 +52,11 @@ std::vector<std::string> calibration_warnings(const ScannerCalibration& result,
 
 std::string far_from_drawing(const AxisModel& solved, const AxisModel& drawn, double most_rad) {
     if (drawn.kind != MachineKind::swept) return "";
-    constexpr double kDegrees = 57.29577951308232;
     const double turn =
         std::acos(std::clamp(solved.mirror.normal0.dot(drawn.mirror.normal0), -1.0, 1.0));
     if (turn < most_rad) return "";
-    return "the mirror came out " + short_number(turn * kDegrees, 3) +
-           " deg from its drawing, expected less than " + short_number(most_rad * kDegrees, 3) +
+    return "the mirror came out " + short_number(turn / kDegree, 3) +
+           " deg from its drawing, expected less than " + short_number(most_rad / kDegree, 3) +
            ": check the drawing, or take more views";
 }
 

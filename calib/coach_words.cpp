@@ -3,11 +3,11 @@
 #include <sstream>
 
 #include "calib/coach.h"
+#include "firmware/core/angle.h"
 
 namespace stria {
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
 constexpr double kFacingRad = 0.08;  ///< less is no tilt worth a word
 
 std::string rounded(double value, double step) {
@@ -39,7 +39,7 @@ std::string tilt(const Eigen::Vector3d& normal) {
         if (std::abs(angle) < kFacingRad) return;
         text += (text.empty() ? "its " : " and its ");
         text += angle > 0 ? positive : negative;
-        text += " " + rounded(std::abs(angle) * kDegrees, 5) + " deg farther away";
+        text += " " + rounded(std::abs(angle) / kDegree, 5) + " deg farther away";
     };
     add(right, "right side", "left side");
     add(lower, "lower edge", "upper edge");

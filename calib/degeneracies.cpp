@@ -6,19 +6,19 @@
 #include <array>
 #include <cmath>
 
+#include "firmware/core/angle.h"
 #include "host/core/short_number.h"
 
 namespace stria {
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
-constexpr double kLeastTiltRad = 15 / kDegrees;  ///< between the farthest normals
-constexpr double kFacingRad = 12 / kDegrees;     ///< from the camera's axis: not tilted
-constexpr double kLeastDepthShare = 0.15;        ///< of the nearest stripe's depth
-constexpr double kLeastImageShare = 0.6;         ///< of width and of height
-constexpr double kLeastArcRad = 60 / kDegrees;
+constexpr double kLeastTiltRad = 15 * kDegree;  ///< between the farthest normals
+constexpr double kFacingRad = 12 * kDegree;     ///< from the camera's axis: not tilted
+constexpr double kLeastDepthShare = 0.15;       ///< of the nearest stripe's depth
+constexpr double kLeastImageShare = 0.6;        ///< of width and of height
+constexpr double kLeastArcRad = 60 * kDegree;
 constexpr double kLeastTravelShare = 0.04;  ///< of the distance
-constexpr double kLeastTurnRad = 2 / kDegrees;
+constexpr double kLeastTurnRad = 2 * kDegree;
 constexpr double kOneLine = 0.05;  ///< second over first spread of the stripes
 constexpr double kDrawingSigmas = 4;
 
@@ -54,14 +54,14 @@ void judge_tilt(const CalibrationCoverage& seen, std::vector<DegeneracyFinding>&
     if (from_axis < kFacingRad)
         findings.push_back(
             {Degeneracy::no_tilt, false,
-             "no board is tilted (at most " + short_number(from_axis * kDegrees, 3) +
+             "no board is tilted (at most " + short_number(from_axis / kDegree, 3) +
                  " deg from facing the camera), so the boards are nearly parallel to each other: "
                  "focal length and distance cannot be told apart; tilt the board 20 to 40 deg to "
                  "the left, right, back and forward"});
     else if (widest < kLeastTiltRad)
         findings.push_back({Degeneracy::parallel_boards, false,
                             "the boards are nearly parallel to each other (at most " +
-                                short_number(widest * kDegrees, 3) +
+                                short_number(widest / kDegree, 3) +
                                 " deg apart): focal length and depth are weak; tilt the board 20 "
                                 "to 40 deg to different sides"});
 }
@@ -119,7 +119,7 @@ void judge_axis(const CalibrationCoverage& seen, MachineKind kind,
              "as drawn: take pictures at 5 positions of the travel (off_frames = 5)"});
     else if (kind == MachineKind::turntable && travel < kLeastArcRad)
         findings.push_back({Degeneracy::short_arc, false,
-                            "the board was pictured over " + short_number(travel * kDegrees, 3) +
+                            "the board was pictured over " + short_number(travel / kDegree, 3) +
                                 " deg of the table's turn only: its centre is weak below 60 deg; "
                                 "take pictures at more positions (off_frames)"});
     else if (kind == MachineKind::rail && travel < kLeastTravelShare * distance)

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "firmware/stripe/option_check.h"
+
 namespace stria {
 namespace {
 
@@ -13,12 +15,6 @@ constexpr int kReach = 32;             // taps on either side, at most
 constexpr int kFrequencies = 512;      // the filter's frequency response is sampled at
 constexpr double kSmallestTap = 1e-5;  // of the middle one: the rest is cut
 constexpr double kMostGain = 4;        // of the noise; beyond, 32 taps no longer hold the filter
-
-void require(bool holds, const char* field, double value, const char* bound) {
-    if (!holds)
-        throw std::invalid_argument(std::string("DeconvolutionOptions.") + field + " = " +
-                                    std::to_string(value) + ": expected " + bound);
-}
 
 double sum_of(const std::vector<double>& half) {
     double sum = half[0];
@@ -76,6 +72,7 @@ std::vector<float> row_of(const Frame& frame, int y) {
 }  // namespace
 
 void DeconvolutionOptions::validate() const {
+    const OptionCheck require{"DeconvolutionOptions"};
     require(footprint_px >= 0.3 && footprint_px <= 3, "footprint_px", footprint_px, "0.3 to 3 px");
     require(target_px >= 0.3 && target_px < footprint_px, "target_px", target_px,
             "0.3 px to below footprint_px");

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "firmware/core/median.h"
+#include "firmware/stripe/option_check.h"
 #include "firmware/stripe/path_samples.h"
 #include "firmware/stripe/row_bands.h"
 #include "firmware/stripe/saturation.h"
@@ -20,15 +21,10 @@ constexpr std::size_t kFewestSeeds = 32;  // to judge the sampling by
 constexpr int kFewestSamples = 5;
 constexpr double kPulseWidths = 4;  // of a pulse from end to end
 
-void require(bool holds, const char* field, double value, const char* bound) {
-    if (!holds)
-        throw std::invalid_argument(std::string("PathOptions.") + field + " = " +
-                                    std::to_string(value) + ": expected " + bound);
-}
-
 }  // namespace
 
 void PathOptions::validate() const {
+    const OptionCheck require{"PathOptions"};
     seeds.validate();
     require(reach_widths >= 2 && reach_widths <= 10, "reach_widths", reach_widths, "2 to 10");
     require(min_path_px >= 0, "min_path_px", min_path_px, "0 or more");

@@ -8,17 +8,12 @@
 
 #include "firmware/stripe/fast_spacetime.h"
 #include "firmware/stripe/gaussian_fit.h"
+#include "firmware/stripe/option_check.h"
 #include "firmware/stripe/pixel_tracker.h"
 #include "firmware/stripe/spacetime_engine.h"
 
 namespace stria {
 namespace {
-
-void require(bool holds, const char* field, double value, const char* bound) {
-    if (!holds)
-        throw std::invalid_argument(std::string("SpacetimeOptions.") + field + " = " +
-                                    std::to_string(value) + ": expected " + bound);
-}
 
 /// The reference: pixel by pixel, in double precision.
 template <typename T>
@@ -72,6 +67,7 @@ class ReferenceEngine final : public SpacetimeEngine {
 }  // namespace
 
 void SpacetimeOptions::validate() const {
+    const OptionCheck require{"SpacetimeOptions"};
     require(min_snr > 0, "min_snr", min_snr, "above 0");
     require(min_amplitude_dn >= 0, "min_amplitude_dn", min_amplitude_dn, "0 or more");
     require(max_pulses_per_cell >= 1 && max_pulses_per_cell <= kMaxPulsesPerCell,

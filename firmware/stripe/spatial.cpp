@@ -6,18 +6,13 @@
 #include <string>
 #include <utility>
 
+#include "firmware/stripe/option_check.h"
 #include "firmware/stripe/row_bands.h"
 #include "firmware/stripe/row_peaks.h"
 #include "firmware/stripe/saturation.h"
 
 namespace stria {
 namespace {
-
-void require(bool holds, const char* field, double value, const char* bound) {
-    if (!holds)
-        throw std::invalid_argument(std::string("SpatialOptions.") + field + " = " +
-                                    std::to_string(value) + ": expected " + bound);
-}
 
 /// True if peak b, at most two rows further, continues the stripe of peak a.
 bool continues(const Pulse& a, const Pulse& b) {
@@ -95,6 +90,7 @@ void find_in_rows(const Frame& frame, const SensorNoise& noise, const SpatialOpt
 }  // namespace
 
 void SpatialOptions::validate() const {
+    const OptionCheck require{"SpatialOptions"};
     require(min_snr > 0, "min_snr", min_snr, "above 0");
     require(min_amplitude_dn >= 0, "min_amplitude_dn", min_amplitude_dn, "0 or more");
     require(max_peaks_per_row >= 1 && max_peaks_per_row <= kMaxPulsesPerCell, "max_peaks_per_row",

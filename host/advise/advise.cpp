@@ -7,6 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "firmware/core/angle.h"
 #include "host/advise/depth_advice.h"
 #include "host/advise/speckle.h"
 #include "host/core/errors.h"
@@ -17,7 +18,6 @@ namespace {
 constexpr double kExposedShare = 0.8;  ///< of full scale, for the brightest surface
 constexpr double kFramesPerSigma = 2;  ///< accuracy.md A.1: 2 to 3 cost nothing but time
 constexpr double kDimSnr = 10;
-constexpr double kDegree = std::numbers::pi / 180;
 
 template <typename... Numbers>
 std::string line(const char* format, Numbers... numbers) {

@@ -5,13 +5,13 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "firmware/core/angle.h"
 #include "host/advise/gaussian_beam.h"
 
 namespace stria {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kUsualAngle_rad = 25 * kDegree;
 constexpr double kLeastAngle_rad = 2 * kDegree, kMostAngle_rad = 60 * kDegree;
 constexpr double kFanMargin = 1.05;

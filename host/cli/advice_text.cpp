@@ -2,12 +2,11 @@
 #include <cstdio>
 #include <numbers>
 
+#include "firmware/core/angle.h"
 #include "host/cli/advice_report.h"
 
 namespace stria {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 template <typename... Values>
 std::string line(const char* format, Values... values) {

@@ -7,12 +7,13 @@
 #include <stdexcept>
 #include <vector>
 
+#include "firmware/core/angle.h"
+
 namespace stria {
 namespace {
 
 using Units = std::vector<std::pair<std::string, double>>;  // the first where none is stated
 
-constexpr double kDegree = std::numbers::pi / 180;
 const Units kLengths_mm = {{"mm", 1}, {"um", 1e-3}, {"cm", 10}, {"m", 1000}, {"in", 25.4}};
 
 Units scaled(Units units, double factor, const std::string& first) {

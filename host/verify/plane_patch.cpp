@@ -7,6 +7,7 @@
 #include <iterator>
 #include <optional>
 
+#include "firmware/core/angle.h"
 #include "firmware/core/median.h"
 #include "host/core/errors.h"
 #include "host/geometry/fit.h"
@@ -77,7 +78,6 @@ Rectangle turned_rectangle(const std::vector<Vector3d>& points, const Plane& pla
 
 /// By the turn of its sides, in steps of a degree, then of a twentieth about the best.
 Rectangle least_rectangle(const std::vector<Vector3d>& points, const Plane& plane) {
-    constexpr double kDegree = M_PI / 180;
     double best_turn = 0;
     Rectangle best = turned_rectangle(points, plane, 0);
     const auto search = [&](double from, double step, int steps) {

@@ -7,14 +7,13 @@
 #include <functional>
 #include <numbers>
 
+#include "firmware/core/angle.h"
 #include "host/core/errors.h"
 #include "tests/calib/synthetic_board.h"
 #include "tests/calib/synthetic_scanner.h"
 
 namespace stria {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 SyntheticOptions quick_views(MachineKind kind) {
     SyntheticOptions options;

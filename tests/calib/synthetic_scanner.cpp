@@ -8,6 +8,7 @@
 #include <set>
 
 #include "calib/stripe_points.h"
+#include "firmware/core/angle.h"
 #include "host/geometry/align.h"
 #include "tests/calib/synthetic_board.h"
 
@@ -204,19 +205,18 @@ Rigid3 true_from_found_camera(const ScannerModel& truth, const ScannerModel& fou
 void compare_axes(const ScannerModel& truth, const ScannerModel& found,
                   const std::vector<VolumeSample>& samples, const Eigen::Vector3d& middle_in_scan,
                   PointError& error) {
-    constexpr double kDeg = 57.29577951308232;
     const AxisModel &right = truth.channels[0].axis, &ours = found.channels[0].axis;
     if (right.kind == MachineKind::swept) return;
     const Rigid3 motion = true_from_found_camera(truth, found, samples);
     if (right.kind == MachineKind::rail) {
         const Eigen::Vector3d d = motion.rotation * ours.rail.direction;
-        error.axis_deg = kDeg * d.cross(right.rail.direction).norm();
+        error.axis_deg = d.cross(right.rail.direction).norm() / kDegree;
         return;
     }
     const Rigid3 table = right.turntable.table_from_camera * motion *
                          ours.turntable.table_from_camera.inverse();  // true from found table
     const Eigen::Vector3d up = table.rotation.col(2);
-    error.axis_deg = kDeg * up.cross(Eigen::Vector3d::UnitZ()).norm();
+    error.axis_deg = up.cross(Eigen::Vector3d::UnitZ()).norm() / kDegree;
     const Eigen::Vector3d at =
         table.translation + up * (middle_in_scan.z() - table.translation.z()) / up.z();
     error.axis_mm = at.head<2>().norm();

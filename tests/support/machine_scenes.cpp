@@ -6,13 +6,13 @@
 #include <random>
 
 #include "calib/board_drawing.h"
+#include "firmware/core/angle.h"
 #include "tests/support/synthetic_scanner.h"
 
 namespace stria::test_support {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kPxPerMm = 12;
 constexpr double kMarginMm = 5;
 

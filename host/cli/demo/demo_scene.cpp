@@ -6,6 +6,7 @@
 #include <random>
 
 #include "calib/board_drawing.h"
+#include "firmware/core/angle.h"
 #include "host/cli/demo/sculpture.h"
 #include "host/io/image_io.h"
 #include "host/io/mesh_io.h"
@@ -16,7 +17,6 @@ namespace stria {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kDistanceMm = 460;         // camera to the middle of the object
 constexpr double kMirrorRange_rad = 0.128;  // the beam then covers the camera's field
 constexpr double kBeamSigmaMm = 0.6;

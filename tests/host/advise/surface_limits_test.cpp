@@ -4,10 +4,10 @@
 
 #include <cmath>
 
+#include "firmware/core/angle.h"
+
 namespace stria {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 TEST(SurfaceLimits, ReflectanceStepsOfAccuracyA1) {
     const struct {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/sheet_file.h"
+#include "firmware/core/angle.h"
 #include "tests/calib/sheet_error.h"
 #include "tests/host/cli/run_stria.h"
 #include "tests/host/io/temporary_folder.h"
@@ -20,7 +21,6 @@ using test_support::number_of;
 using test_support::run_stria;
 using Words = std::vector<std::string>;
 
-constexpr double kDegree = 0.017453292519943295;
 const std::string kBoard = "circles:7x7:37.5";
 const Eigen::Vector3d kAuthorsNormal = Eigen::Vector3d(-0.13052, -6.39595, 1).normalized();
 

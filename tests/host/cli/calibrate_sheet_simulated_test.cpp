@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "calib/sheet_file.h"
+#include "firmware/core/angle.h"
 #include "host/core/frame_image.h"
 #include "host/io/image_io.h"
 #include "host/io/model_io.h"
@@ -24,8 +25,6 @@ using test_support::has;
 using test_support::machine_scenes;
 using test_support::number_of;
 using test_support::run_stria;
-
-constexpr double kDegree = 0.017453292519943295;
 
 /// One exposure for both pictures, and next to no travel: 0.01 mm during an exposure.
 ScanPlan pictures_at_rest() {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "calib/sheet_file.h"
+#include "firmware/core/angle.h"
 #include "host/io/image_io.h"
 #include "host/io/model_io.h"
 #include "host/io/whole_file.h"
@@ -26,7 +27,6 @@ using test_support::run_stria;
 
 const FlatSheet kSheet = {Eigen::Vector3d(0.94, 0.02, 0.34).normalized(), 170};
 const std::string kBoardText = "chessboard:8x5:18";
-constexpr double kDegree = 0.017453292519943295;
 
 CameraModel camera() {
     CameraModel camera;

@@ -4,6 +4,7 @@
 #include <random>
 #include <string>
 
+#include "firmware/core/angle.h"
 #include "host/geometry/align.h"
 #include "host/io/model_io.h"
 #include "host/io/range_io.h"
@@ -16,7 +17,6 @@ namespace stria {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDeg = 0.017453292519943295;
 
 /// The ten Stanford bunny scans and their published poses, mm.
 struct Bunny {
@@ -62,7 +62,7 @@ Mean distance_of(const std::vector<Rigid3>& poses) {
         const Rigid3& published = bunny().poses[i].world_from_scan;
         const Rigid3 moved = common * poses[i];
         mean.deg +=
-            vector_from_rotation(moved.rotation * published.rotation.transpose()).norm() / kDeg;
+            vector_from_rotation(moved.rotation * published.rotation.transpose()).norm() / kDegree;
         mean.mm += (moved * bunny().scans[i].centre - published * bunny().scans[i].centre).norm();
     }
     mean.deg /= static_cast<double>(poses.size());
@@ -81,7 +81,8 @@ TEST(Bunny, DisturbedPosesComeBackToThePublishedOnes) {
         std::vector<ScanPose> start = bunny().poses;
         for (std::size_t i = 0; i < start.size(); ++i)
             start[i].world_from_scan =
-                testing::random_motion(published[i] * bunny().scans[i].centre, 3 * kDeg, 3, rng) *
+                testing::random_motion(published[i] * bunny().scans[i].centre, 3 * kDegree, 3,
+                                       rng) *
                 published[i];
         const JointResult result = register_jointly(bunny().scans, start);
         ASSERT_TRUE(result.converged) << seed << ": " << result.reason;

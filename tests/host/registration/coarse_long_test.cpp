@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "firmware/core/angle.h"
 #include "tests/host/registration/views_all_around.h"
 
 namespace stria {
@@ -8,7 +9,6 @@ namespace {
 using testing::greatest_error;
 using testing::take_views;
 using testing::Views;
-constexpr double kDeg = 0.017453292519943295;
 
 TEST(PlaceScans, PutsViewsFromAllSidesTogetherByShapeAlone) {
     for (const unsigned shape : {1U, 2U, 3U}) {
@@ -16,7 +16,7 @@ TEST(PlaceScans, PutsViewsFromAllSidesTogetherByShapeAlone) {
         const Views views = take_views(shape, 10, rng);
         const CoarseResult result = place_scans(views.scans);
         EXPECT_TRUE(result.all_placed) << shape;
-        EXPECT_LT(greatest_error(views, result) / kDeg, 1.5) << shape;
+        EXPECT_LT(greatest_error(views, result) / kDegree, 1.5) << shape;
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "firmware/core/angle.h"
 #include "host/geometry/parallel.h"
 #include "tests/host/registration/views_all_around.h"
 
@@ -12,7 +13,6 @@ using Eigen::Vector3d;
 using testing::greatest_error;
 using testing::take_views;
 using testing::Views;
-constexpr double kDeg = 0.017453292519943295;
 
 TEST(PlaceScans, IsTheSameForAnyThreadCount) {
     std::mt19937 rng(4);
@@ -39,7 +39,7 @@ TEST(PlaceScans, SaysThatAScanOfAnotherPartCannotBePlaced) {
     for (std::size_t i = 0; i < result.scans.size(); ++i)
         EXPECT_EQ(result.scans[i].placed, i != 3) << i << " " << result.scans[i].reason;
     EXPECT_FALSE(result.scans[3].reason.empty());
-    EXPECT_LT(greatest_error(views, result) / kDeg, 1.5);
+    EXPECT_LT(greatest_error(views, result) / kDegree, 1.5);
 }
 
 TEST(PlaceScans, AnswersDegenerateInput) {

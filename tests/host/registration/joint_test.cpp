@@ -6,6 +6,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "firmware/core/angle.h"
 #include "host/geometry/align.h"
 #include "host/geometry/parallel.h"
 #include "tests/support/bumpy_shape.h"
@@ -17,8 +18,6 @@ using Eigen::Vector3d;
 using testing::looking_from;
 using testing::random_motion;
 using testing::take_view;
-
-constexpr double kDeg = 0.017453292519943295;
 
 struct Scene {
     std::vector<Rigid3> truth;
@@ -55,11 +54,11 @@ double angle_between(const Rigid3& a, const Rigid3& b) {
 TEST(RegisterJointly, FindsTheTruePosesOfNoisyViews) {
     const Scene scene = make_scene(8, 0.03, 1);
     std::mt19937 rng(2);
-    const JointResult result = register_jointly(scene.scans, disturbed(scene, 3 * kDeg, 3, rng));
+    const JointResult result = register_jointly(scene.scans, disturbed(scene, 3 * kDegree, 3, rng));
     ASSERT_TRUE(result.converged) << result.reason;
     for (std::size_t i = 0; i < scene.truth.size(); ++i) {
         const Rigid3& found = result.scans[i].world_from_scan;
-        EXPECT_LT(angle_between(found, scene.truth[i]) / kDeg, 0.02) << i;
+        EXPECT_LT(angle_between(found, scene.truth[i]) / kDegree, 0.02) << i;
         const Vector3d centre = scene.scans[i].centre;
         EXPECT_LT((found * centre - scene.truth[i] * centre).norm(), 0.03) << i;  // mm
     }
@@ -80,7 +79,7 @@ TEST(RegisterJointly, FindsTheTruePosesOfNoisyViews) {
 TEST(RegisterJointly, IsTheSameForAnyThreadCount) {
     const Scene scene = make_scene(5, 0.03, 3);
     std::mt19937 rng(4);
-    const auto start = disturbed(scene, 2 * kDeg, 2, rng);
+    const auto start = disturbed(scene, 2 * kDegree, 2, rng);
     set_thread_count(1);
     const JointResult one = register_jointly(scene.scans, start);
     set_thread_count(2);
@@ -98,7 +97,7 @@ TEST(RegisterJointly, IsTheSameForAnyThreadCount) {
 TEST(RegisterJointly, KeepsFixedScansAndFollowsThem) {
     const Scene scene = make_scene(5, 0.0, 5);
     std::mt19937 rng(6);
-    auto start = disturbed(scene, 2 * kDeg, 2, rng);
+    auto start = disturbed(scene, 2 * kDegree, 2, rng);
     const Rigid3 moved = random_motion(Vector3d::Zero(), 1.0, 500, rng);  // the whole scene
     for (ScanPose& pose : start) pose.world_from_scan = moved * pose.world_from_scan;
     start[2].world_from_scan = moved * scene.truth[2];
@@ -107,14 +106,14 @@ TEST(RegisterJointly, KeepsFixedScansAndFollowsThem) {
     ASSERT_TRUE(result.converged) << result.reason;
     EXPECT_EQ(result.scans[2].world_from_scan.rotation, start[2].world_from_scan.rotation);
     for (std::size_t i = 0; i < scene.truth.size(); ++i)
-        EXPECT_LT(angle_between(result.scans[i].world_from_scan, moved * scene.truth[i]) / kDeg,
+        EXPECT_LT(angle_between(result.scans[i].world_from_scan, moved * scene.truth[i]) / kDegree,
                   0.02);
 }
 
 TEST(RegisterJointly, SaysWhichScanOverlapsWithNothing) {
     Scene scene = make_scene(4, 0.0, 7);
     std::mt19937 rng(8);
-    auto start = disturbed(scene, 1 * kDeg, 1, rng);
+    auto start = disturbed(scene, 1 * kDegree, 1, rng);
     start[3].world_from_scan.translation += Vector3d(1000, 0, 0);
     const Rigid3 before = start[3].world_from_scan;
     const JointResult result = register_jointly(scene.scans, start);

@@ -4,13 +4,13 @@
 
 #include <random>
 
+#include "firmware/core/angle.h"
 #include "tests/support/bumpy_shape.h"
 
 namespace stria {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kDeg = 0.017453292519943295;
 
 class RegisterPair : public ::testing::Test {
   protected:
@@ -25,7 +25,7 @@ class RegisterPair : public ::testing::Test {
         testing::looking_from(to_, 300).inverse() * testing::looking_from(from_, 300);
 
     double turn_deg(const Rigid3& pose) const {
-        return vector_from_rotation(pose.rotation * truth_.rotation.transpose()).norm() / kDeg;
+        return vector_from_rotation(pose.rotation * truth_.rotation.transpose()).norm() / kDegree;
     }
 };
 
@@ -35,7 +35,7 @@ TEST_F(RegisterPair, FindsTheTruthFromAfar) {
     for (const double off : {0.0, 3.0, 5.0})
         for (int trial = 0; trial < 3; ++trial) {
             const Rigid3 start =
-                testing::random_motion(target.centre, off * kDeg, off, rng) * truth_;
+                testing::random_motion(target.centre, off * kDegree, off, rng) * truth_;
             const PairResult result = register_pair(source, target, start);
             ASSERT_TRUE(result.converged) << off << ": " << result.reason;
             EXPECT_LT(turn_deg(result.target_from_source), 0.03) << off;
@@ -49,13 +49,13 @@ TEST_F(RegisterPair, FindsTheTruthFromAfar) {
 TEST_F(RegisterPair, GivesTheInverseWhenExchanged) {
     const ScanSurface source = view(from_, 0.02, 1), target = view(to_, 0.02, 2);
     std::mt19937 rng(4);
-    const Rigid3 start = testing::random_motion(target.centre, 2 * kDeg, 2, rng) * truth_;
+    const Rigid3 start = testing::random_motion(target.centre, 2 * kDegree, 2, rng) * truth_;
     const JointOptions tight = {.tolerance_mm = 1e-5};
     const PairResult there = register_pair(source, target, start, tight);
     const PairResult back = register_pair(target, source, start.inverse(), tight);
     const Rigid3 loop = there.target_from_source * back.target_from_source;
     // The two solve the same sum of squares; they stop a tolerance apart.
-    EXPECT_LT(vector_from_rotation(loop.rotation).norm() / kDeg, 1e-3);
+    EXPECT_LT(vector_from_rotation(loop.rotation).norm() / kDegree, 1e-3);
     EXPECT_LT((loop * target.centre - target.centre).norm(), 1e-3);  // mm
 }
 

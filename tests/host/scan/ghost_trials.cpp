@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "firmware/core/angle.h"
 #include "firmware/stripe/spacetime.h"
 #include "host/core/laser_sheet.h"
 #include "sim/bounce_light.h"
@@ -16,7 +17,6 @@
 namespace stria::test {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
 constexpr std::uint16_t kWarnings =
     kPulseOverlapping | kPulseGhostSuspected | kPulseWidthOutOfRange | kPulseTouchesSequenceEnd;
 

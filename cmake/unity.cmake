@@ -1,0 +1,40 @@
+# The sanitizers' and the cross build join a target's sources into few (CMAKE_UNITY_BUILD): most of
+# a compiler's time goes into the same headers. The build that users get compiles each file alone.
+# These files stay alone there too: another file of their target has a file-local name of theirs.
+set(stria_alone
+    calib/point_moves.cpp
+    calib/stripe_line.cpp
+    host/cli/verb_verify_bar.cpp
+    host/cli/verb_verify_plane.cpp
+    host/geometry/surface_tree.cpp
+    host/scan/centre_of_light.cpp
+    host/scan/judge_pulses.cpp
+    host/verify/flatness.cpp
+    sim/lit_patches.cpp
+    sim/mirror_light.cpp
+    tests/firmware/session/set_paths_test.cpp
+    tests/firmware/stripe/lit_profile.cpp
+    tests/firmware/stripe/reflectance_card.cpp
+    tests/firmware/stripe/reflectance_card_test.cpp
+    tests/firmware/stripe/temporal_trials.cpp
+    tests/host/link/set_paths_test.cpp
+    tests/host/scan/merge_passes_test.cpp
+    tests/host/scan/range_from_pulses_test.cpp
+    tests/host/verify/flatness_test.cpp
+    tests/sim/speckle_scene_test.cpp
+    tests/sim/speckle_trials.cpp
+    tests/structure/readme_test.cpp)
+if(STRIA_FIRMWARE_ONLY)
+    list(FILTER stria_alone INCLUDE REGEX firmware/)
+endif()
+if(NOT STRIA_TESTS)
+    list(FILTER stria_alone EXCLUDE REGEX ^tests/)
+endif()
+foreach(file IN LISTS stria_alone)
+    get_filename_component(folder ${PROJECT_SOURCE_DIR}/${file} DIRECTORY)
+    if(NOT EXISTS ${PROJECT_SOURCE_DIR}/${file})
+        message(FATAL_ERROR "cmake/unity.cmake names ${file}, which is not there")
+    endif()
+    set_source_files_properties(${PROJECT_SOURCE_DIR}/${file} DIRECTORY ${folder}
+                                PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endforeach()

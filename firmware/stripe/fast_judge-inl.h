@@ -25,8 +25,9 @@ constexpr float kLongEnough = 16;    // samples of a window whose misfit can be 
 // Heights in two standard deviations of the background: weaker pulses can be fitted in several
 // ways.
 constexpr float kStrong = 4.0f, kWeak = 7.0f, kVeryStrong = 10.0f;
-// Widths (periods) below which a misfit may be one of two ways between few samples, and that a
-// window must be long so that height, width and background are known apart.
+// Widths (periods) below which a misfit may be one of two ways between few samples, so that the
+// kernel judges what fits well only; and that a window must be long so that height, width and
+// background are known apart.
 constexpr float kNarrow = 0.8f, kWindowWidths = 5.0f;
 // Share of chi-square about its limit that is left to the reference: of pulses of 50 times the
 // noise and less, and of 200 times and more.
@@ -130,10 +131,10 @@ class Found {
         return hn::Lt(chi_square_, hn::Add(constant(1.0f), hn::Add(spread_, spread_)));
     }
 
-    /// A weak pulse with a greater chi-square than five of six have: its fit settles slowly.
+    /// A weak pulse that does not fit well: its fit settles slowly.
     HWY_INLINE MF is_doubtful() const {
-        return hn::And(hn::Ge(chi_square_, hn::Add(constant(1.0f), spread_)),
-                       hn::Lt(model.height, hn::Mul(constant(kWeak), lanes_.least)));
+        return hn::AndNot(fits_well(),
+                          hn::Lt(model.height, hn::Mul(constant(kWeak), lanes_.least)));
     }
 
     /// Writes the lanes' results and what they are taken for. `open`: those that did not converge.
@@ -169,6 +170,10 @@ class Found {
     Model model;
 
   private:
+    /// A chi-square that one in six exceeds, and less.
+    HWY_INLINE MF fits_well() const {
+        return hn::Lt(chi_square_, hn::Add(constant(1.0f), spread_));
+    }
     HWY_INLINE VF significant() const {
         return hn::Add(constant(1.0f), hn::Mul(constant(3.0f), spread_));
     }
@@ -219,7 +224,7 @@ class Found {
                             hn::Ge(lanes_.count, constant(kLongEnough))));
         const MF nothing_left = hn::Lt(greatest_, hn::Mul(constant(0.45f), lanes_.smallest));
         const MF many_samples = hn::Ge(width_, constant(kNarrow * task.period));
-        return hn::Or(is_inconspicuous(),
+        return hn::Or(hn::And(is_inconspicuous(), hn::Or(many_samples, fits_well())),
                       hn::And(hn::And(hn::Or(quiet, noise), nothing_left), many_samples));
     }
 

@@ -13,5 +13,10 @@ TEST(FastSpacetime, SigmaServesBesideMissingFrames) { expect_no_broken_bound(300
 // Among them a pulse of 1.8 frames whose samples jitter by half a frame: 8 % off.
 TEST(FastSpacetime, SigmaServesAmongJitteringFrames) { expect_no_broken_bound(7'990, 8'000); }
 
+// Among them a misfitting pulse that two places and widths between the frames explain alike.
+TEST(FastSpacetime, LeavesTwoWaysBetweenSamplesToTheReference) {
+    expect_no_broken_bound(98'480, 98'490);
+}
+
 }  // namespace
 }  // namespace stria::test

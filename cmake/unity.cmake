@@ -1,15 +1,27 @@
-# The sanitizers' and the cross build join a target's sources into few (CMAKE_UNITY_BUILD): most of
-# a compiler's time goes into the same headers. The build that users get compiles each file alone.
+# The asan preset joins a target's sources into few (CMAKE_UNITY_BUILD): most of a compiler's time
+# goes into the same headers. The build that users get compiles each file alone.
 # These files stay alone there too: another file of their target has a file-local name of theirs.
 set(stria_alone
+    calib/degeneracies.cpp
+    calib/held_out_check.cpp
     calib/point_moves.cpp
+    calib/scanner_calibration.cpp
     calib/stripe_line.cpp
+    calib/stripe_points.cpp
+    calib/view_degeneracies.cpp
+    firmware/stripe/deconvolution.cpp
+    firmware/stripe/spacetime_engine.cpp
+    host/advise/depth_advice.cpp
+    host/advise/design.cpp
     host/cli/verb_verify_bar.cpp
     host/cli/verb_verify_plane.cpp
     host/geometry/surface_tree.cpp
+    host/io/scanner_toml.cpp
     host/scan/centre_of_light.cpp
     host/scan/judge_pulses.cpp
     host/verify/flatness.cpp
+    host/verify/plane_patch.cpp
+    sim/bounce_light.cpp
     sim/lit_patches.cpp
     sim/mirror_light.cpp
     tests/firmware/session/set_paths_test.cpp
@@ -17,10 +29,12 @@ set(stria_alone
     tests/firmware/stripe/reflectance_card.cpp
     tests/firmware/stripe/reflectance_card_test.cpp
     tests/firmware/stripe/temporal_trials.cpp
+    tests/host/advise/design_test.cpp
     tests/host/link/set_paths_test.cpp
     tests/host/scan/merge_passes_test.cpp
     tests/host/scan/range_from_pulses_test.cpp
     tests/host/verify/flatness_test.cpp
+    tests/sim/light_shape_test.cpp
     tests/sim/speckle_scene_test.cpp
     tests/sim/speckle_trials.cpp
     tests/structure/readme_test.cpp)

@@ -25,8 +25,8 @@ constexpr int kMaxIterations = 9;  // what takes longer is not sure of its solut
 constexpr int kFullSteps = 6;      // then half ones: what hops to and fro settles
 // A step's remainder, in sigmas, is about twice its length times the relative change since the
 // matrix was made, or the relative noise: its square, over 4, that is small enough.
-constexpr float kSettled = 4e-4f;
-constexpr float kDoubtfulSettled = 4e-5f;  // where the noise may be more than is stated
+constexpr float kSettled = 1e-4f;
+constexpr float kDoubtfulSettled = 4e-5f;  // more noise than is stated, or few samples
 // Change of a pulse one frame wide, relatively, that leaves its sigma as it was to a few per cent.
 constexpr float kMatrixServes = 0.03f;
 // Squared half aperture over width up to which the fourth cumulant changes no sample by more than
@@ -106,8 +106,8 @@ class LaneFit {
         if (kShot || !renew) found_.note_residual(open_, s.greatest);
         const VF rest =
             hn::Mul(decrease, hn::Add(hn::Mul(constant(8.0f), place), hn::Mul(changed_, changed_)));
-        const VF settled =
-            hn::IfThenElse(found_.is_doubtful(), constant(kDoubtfulSettled), constant(kSettled));
+        const VF settled = hn::IfThenElse(found_.is_doubtful(task_), constant(kDoubtfulSettled),
+                                          constant(kSettled));
         MF good = hn::And(hn::Ge(decrease, none), hn::Le(rest, settled));
         if (kShot) good = hn::And(good, hn::Lt(changed_, constant(0.01f)));
         if (!kShot && i == 0) good = hn::And(good, found_.is_inconspicuous());

@@ -131,10 +131,9 @@ class Found {
         return hn::Lt(chi_square_, hn::Add(constant(1.0f), hn::Add(spread_, spread_)));
     }
 
-    /// A weak pulse that does not fit well: its fit settles slowly.
-    HWY_INLINE MF is_doubtful() const {
-        return hn::AndNot(fits_well(),
-                          hn::Lt(model.height, hn::Mul(constant(kWeak), lanes_.least)));
+    /// A pulse that does not fit well, or one between few samples: its fit settles slowly.
+    HWY_INLINE MF is_doubtful(const FitTask& task) const {
+        return hn::Not(hn::And(fits_well(), hn::Ge(model.width, constant(kNarrow * task.period))));
     }
 
     /// Writes the lanes' results and what they are taken for. `open`: those that did not converge.

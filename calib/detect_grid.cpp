@@ -130,6 +130,29 @@ bool find_chessboard(const cv::Mat& image, cv::Size size, Corners& corners) {
     return true;
 }
 
+/// True if the squares differ by more than the grey values within them scatter: in mere noise the
+/// detector finds small boards that do not.
+bool stands_out(const cv::Mat& image, const Corners& corners, int columns, int rows) {
+    constexpr int kSamples = 5;  // a square along each side, in its middle half
+    const SquareSampler grey(image, corners, columns, rows);
+    const Levels level = levels(image, corners, columns, rows);
+    double within = 0;
+    int count = 0;
+    for (int r = 0; r + 1 < rows; ++r)
+        for (int c = 0; c + 1 < columns; ++c) {
+            double sum = 0, squares = 0;
+            for (int i = 0; i < kSamples * kSamples; ++i) {
+                const double value = grey(c + 0.25 + 0.5 * (i % kSamples) / (kSamples - 1),
+                                          r + 0.25 + 0.5 * (i / kSamples) / (kSamples - 1));
+                sum += value;
+                squares += value * value;
+            }
+            within += squares - sum * sum / (kSamples * kSamples);
+            count += kSamples * kSamples - 1;
+        }
+    return std::abs(level.odd - level.even) > std::sqrt(std::max(0.0, within) / count);
+}
+
 /// The chessboard of at least that size in the picture, row by row; empty if there is none.
 struct AnyChessboard {
     cv::Size size;
@@ -139,7 +162,8 @@ AnyChessboard chessboard_from(const cv::Mat& image, cv::Size least) {
     AnyChessboard found;
     cv::Mat meta;
     const int flags = cv::CALIB_CB_NORMALIZE_IMAGE + cv::CALIB_CB_EXHAUSTIVE + cv::CALIB_CB_LARGER;
-    if (cv::findChessboardCornersSB(image, least, found.corners, flags, meta))
+    if (cv::findChessboardCornersSB(image, least, found.corners, flags, meta) &&
+        stands_out(image, found.corners, meta.cols, meta.rows))
         found.size = meta.size();
     return found;
 }

@@ -130,14 +130,13 @@ bool find_chessboard(const cv::Mat& image, cv::Size size, Corners& corners) {
     return true;
 }
 
-/// True if the squares differ by more than the grey values within them scatter: in mere noise the
-/// detector finds small boards that do not.
+/// True if the squares' means differ by more than twice what the grey values within them scatter:
+/// in mere noise the detector finds small boards that do not.
 bool stands_out(const cv::Mat& image, const Corners& corners, int columns, int rows) {
     constexpr int kSamples = 5;  // a square along each side, in its middle half
     const SquareSampler grey(image, corners, columns, rows);
-    const Levels level = levels(image, corners, columns, rows);
-    double within = 0;
-    int count = 0;
+    double within = 0, means[2] = {0, 0};
+    int count = 0, of_parity[2] = {0, 0};
     for (int r = 0; r + 1 < rows; ++r)
         for (int c = 0; c + 1 < columns; ++c) {
             double sum = 0, squares = 0;
@@ -148,9 +147,12 @@ bool stands_out(const cv::Mat& image, const Corners& corners, int columns, int r
                 squares += value * value;
             }
             within += squares - sum * sum / (kSamples * kSamples);
+            means[(r + c) % 2] += sum / (kSamples * kSamples);
+            ++of_parity[(r + c) % 2];
             count += kSamples * kSamples - 1;
         }
-    return std::abs(level.odd - level.even) > std::sqrt(std::max(0.0, within) / count);
+    const double difference = means[1] / of_parity[1] - means[0] / of_parity[0];
+    return std::abs(difference) > 2 * std::sqrt(std::max(0.0, within) / count);
 }
 
 /// The chessboard of at least that size in the picture, row by row; empty if there is none.

@@ -45,7 +45,11 @@ function(stria_test name)
         set(ARG_TIMEOUT 300)
     endif()
     stria_time_limit(limit ${ARG_TIMEOUT})
-    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
+    set(prefix "")
+    if("long" IN_LIST ARG_LABELS)
+        set(prefix long.)  # not the name, and so the labels, of the short run of the same source
+    endif()
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX "${prefix}"
                          PROPERTIES TIMEOUT ${limit} LABELS "${ARG_LABELS}")
 endfunction()
 

@@ -24,7 +24,7 @@ constexpr float kNarrowest = 0.55f;  // frame periods; the kernel's aperture is 
 constexpr float kLongEnough = 16;    // samples of a window whose misfit can be called noise
 // Heights in two standard deviations of the background: weaker pulses can be fitted in several
 // ways.
-constexpr float kStrong = 4.0f, kWeak = 7.0f, kVeryStrong = 10.0f;
+constexpr float kStrong = 4.0f, kVeryStrong = 10.0f;
 // Widths (periods) below which a misfit may be one of two ways between few samples, so that the
 // kernel judges what fits well only; and that a window must be long so that height, width and
 // background are known apart.

@@ -1,6 +1,5 @@
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 #include "firmware/core/angle.h"
 #include "host/cli/advice_report.h"

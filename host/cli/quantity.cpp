@@ -3,7 +3,6 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <stdexcept>
 #include <vector>
 

@@ -18,8 +18,7 @@ constexpr double kLeastDepthShare = 0.15;       ///< of the nearest stripe's dep
 constexpr double kLeastImageShare = 0.6;        ///< of width and of height
 constexpr double kLeastArcRad = 60 * kDegree;
 constexpr double kLeastTravelShare = 0.04;  ///< of the distance
-constexpr double kLeastTurnRad = 2 * kDegree;
-constexpr double kOneLine = 0.05;  ///< second over first spread of the stripes
+constexpr double kOneLine = 0.05;           ///< second over first spread of the stripes
 constexpr double kDrawingSigmas = 4;
 
 double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {

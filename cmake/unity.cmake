@@ -1,5 +1,6 @@
-# The asan preset joins a target's sources into few (CMAKE_UNITY_BUILD): most of a compiler's time
-# goes into the same headers. The build that users get compiles each file alone.
+# The presets asan, tsan and arm64, tools/check --all and tools/quickstart join a target's sources into few
+# (CMAKE_UNITY_BUILD): most of a compiler's time goes into the same headers. The release preset
+# compiles each file alone, so that a change costs one file.
 # These files stay alone there too: another file of their target has a file-local name of theirs.
 set(stria_alone
     calib/degeneracies.cpp
@@ -15,6 +16,7 @@ set(stria_alone
     host/advise/design.cpp
     host/cli/verb_verify_bar.cpp
     host/cli/verb_verify_plane.cpp
+    host/geometry/point_tree.cpp  # these two: a member of a file-local type
     host/geometry/surface_tree.cpp
     host/io/scanner_toml.cpp
     host/scan/centre_of_light.cpp
@@ -24,6 +26,7 @@ set(stria_alone
     sim/bounce_light.cpp
     sim/lit_patches.cpp
     sim/mirror_light.cpp
+    sim/scene_geometry.cpp
     tests/firmware/session/set_paths_test.cpp
     tests/firmware/stripe/lit_profile.cpp
     tests/firmware/stripe/reflectance_card.cpp

@@ -36,8 +36,10 @@ step_format() {
         echo "check: $(sources | wc -l) files formatted"
 }
 
+# joined: ON where a target's sources are joined into few, which takes half the time from an empty
+# compiler cache; OFF where each is compiled alone, as a developer's next build wants it.
 step_build() {
-    cmake --preset release -DSTRIA_WERROR=ON -DSTRIA_TESTS=ON &&
+    cmake --preset release -DSTRIA_WERROR=ON -DSTRIA_TESTS=ON -DCMAKE_UNITY_BUILD="${joined:-OFF}" &&
         cmake --build build -j "$(build_jobs)"
 }
 
@@ -86,11 +88,15 @@ changed_sources() {
 }
 
 # Looks at files until its minutes are used up, and says how many were seen. Findings are questions,
-# listed in the log; those that .clang-tidy holds to be bugs are errors.
+# listed in the log; those that .clang-tidy holds to be bugs are errors, and so is a file that does
+# not compile alone.
 step_tidy() {
-    local minutes=10 file files=() findings=build/logs/tidy.findings
+    local minutes=5 file files=() findings=build/logs/tidy.findings
+    local errors='warnings-as-errors|clang-diagnostic-error'
+    cmake --preset release -B build/tidy -DSTRIA_TESTS=ON > /dev/null &&
+        cmake --build build/tidy --target generated/firmware/protocol/wire_generated.h || return 1
     while read -r file; do
-        grep -qF "/$file\"" build/compile_commands.json && files+=("$file")
+        grep -qF "/$file\"" build/tidy/compile_commands.json && files+=("$file")
     done < <(changed_sources | grep '\.cpp$')
     if [ ${#files[@]} -eq 0 ]; then
         echo "check: no source changed"
@@ -103,12 +109,12 @@ step_tidy() {
     printf '%s\n' "${files[@]}" | xargs -P "$(nproc)" -n 1 bash -c '
         if [ "$(date +%s)" -ge "$0" ]; then exit 0; fi
         name=$findings/${1//\//_}
-        clang-tidy-14 -p build --quiet --extra-arg=-Wno-unknown-warning-option \
+        clang-tidy-14 -p build/tidy --quiet --extra-arg=-Wno-unknown-warning-option \
             --extra-arg=-Wno-error "$1" > "$name.run" 2>&1 || true' "$(($(date +%s) + minutes * 60))"
     cat "$findings"/*.run | grep -E '(warning|error): .*\[' | sort -u > "$findings/all"
     cat "$findings/all"
     echo "check: $(find "$findings" -name '*.run' | wc -l) of ${#files[@]} changed sources seen in" \
         "$minutes minutes: $(wc -l < "$findings/all") findings, of which" \
-        "$(grep -c 'warnings-as-errors' "$findings/all") are errors"
-    ! grep -q 'warnings-as-errors' "$findings/all"
+        "$(grep -cE "$errors" "$findings/all") are errors"
+    ! grep -qE "$errors" "$findings/all"
 }

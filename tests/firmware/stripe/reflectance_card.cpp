@@ -10,8 +10,6 @@
 namespace stria::test {
 namespace {
 
-constexpr TimeNs kPeriodNs = ReflectanceCard::kPeriodNs;
-
 double normal_cdf(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
 double normal_pdf(double z) { return std::exp(-0.5 * z * z) / std::sqrt(2.0 * M_PI); }
 

@@ -186,7 +186,8 @@ TEST(MalformedFiles, AreRefusedWithinTimeAndMemory) {
     const TemporaryFolder folder;
     for (const auto& [name, content] : files) {
         write_whole_file(folder / name, content.first);
-        const GuardedResult result = run_guarded([&] { return describe_file(folder / name); });
+        const GuardedResult result =
+            run_guarded([&path = name, &folder] { return describe_file(folder / path); });
         EXPECT_FALSE(result.crashed) << name << ": " << result.message;
         EXPECT_TRUE(result.refused) << name << ": " << result.message;
         EXPECT_NE(result.message.find(content.second), std::string::npos) << result.message;

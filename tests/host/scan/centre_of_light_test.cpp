@@ -100,8 +100,9 @@ TEST(CentreOfLight, IsWhereAStepOfReflectancePutsIt) {
     for (const auto& [footprint, left] : cases)
         for (const double contrast : {2.0, 5.0, 10.0}) {
             Map map(120, 90);
-            map.fill([&](int x, int y) { return slanted_stripes(x, y, contrast, footprint); }, 0,
-                     1);
+            map.fill([contrast, px = footprint](
+                         int x, int y) { return slanted_stripes(x, y, contrast, px); },
+                     0, 1);
             const auto centres = map.centres(footprint);
             double worst_before = 0, worst_after = 0;
             for (int y = 0; y < map.height; ++y)

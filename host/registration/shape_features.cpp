@@ -130,6 +130,7 @@ ScanSurface thinned(const ScanSurface& surface, double detail_mm) {
 MatrixXf shape_features(const ScanSurface& surface, double small_radius_mm,
                         double large_radius_mm) {
     MatrixXf features(2 * kSize, static_cast<Eigen::Index>(surface.points.size()));
+    if (surface.points.empty()) return features;
     features.topRows(kSize) = features_at(surface, small_radius_mm);
     features.bottomRows(kSize) = features_at(surface, large_radius_mm);
     return features;

@@ -70,27 +70,43 @@ double contrast(const cv::Mat& image, const Corners& corners, int columns, int r
     return level.odd - level.even;
 }
 
-/// True if the pattern goes on past one of its sides: one square beyond the outermost corners there
-/// is still black against black and white against white, across the corner.
-bool goes_on(const cv::Mat& image, const Corners& corners, int columns, int rows, double step) {
-    const SquareSampler grey(image, corners, columns, rows);
-    const auto is_saddle = [&](double x, double y) {
-        const double a = grey(x - 0.25, y - 0.25), b = grey(x + 0.25, y - 0.25);
-        const double c = grey(x + 0.25, y + 0.25), d = grey(x - 0.25, y + 0.25);
+/// Which lines of places on a grid are corners: black against black and white against white across
+/// each place, in at least 70 % of them. Places are counted in squares from corner (0, 0).
+class SaddleLines {
+  public:
+    SaddleLines(const cv::Mat& image, const Corners& corners, int columns, int rows, double step)
+        : grey_(image, corners, columns, rows), columns_(columns), rows_(rows), step_(step) {}
+
+    bool row(double y) const {
+        int saddles = 0;
+        for (int x = 0; x < columns_; ++x) saddles += is_saddle(x, y);
+        return saddles > 0.7 * columns_;
+    }
+    bool column(double x) const {
+        int saddles = 0;
+        for (int y = 0; y < rows_; ++y) saddles += is_saddle(x, y);
+        return saddles > 0.7 * rows_;
+    }
+
+  private:
+    bool is_saddle(double x, double y) const {
+        const double a = grey_(x - 0.25, y - 0.25), b = grey_(x + 0.25, y - 0.25);
+        const double c = grey_(x + 0.25, y + 0.25), d = grey_(x - 0.25, y + 0.25);
         if (std::min({a, b, c, d}) < 0) return false;
-        const double least = 0.4 * step;
+        const double least = 0.4 * step_;
         return (std::min(a, c) - std::max(b, d) > least) ||
                (std::min(b, d) - std::max(a, c) > least);
-    };
-    const auto side = [&](int count, auto&& x_of, auto&& y_of) {
-        int saddles = 0;
-        for (int i = 0; i < count; ++i) saddles += is_saddle(x_of(i), y_of(i));
-        return saddles > 0.7 * count;
-    };
-    const auto same = [](int i) { return static_cast<double>(i); };
-    const auto fixed = [](double value) { return [value](int) { return value; }; };
-    return side(columns, same, fixed(-1)) || side(columns, same, fixed(rows)) ||
-           side(rows, fixed(-1), same) || side(rows, fixed(columns), same);
+    }
+
+    SquareSampler grey_;
+    int columns_, rows_;
+    double step_;
+};
+
+/// True if the pattern goes on past one of its sides, one square beyond the outermost corners.
+bool goes_on(const cv::Mat& image, const Corners& corners, int columns, int rows, double step) {
+    const SaddleLines lines(image, corners, columns, rows, step);
+    return lines.row(-1) || lines.row(rows) || lines.column(-1) || lines.column(columns);
 }
 
 std::vector<double> window_sizes(const Corners& corners, int columns, int rows) {
@@ -223,6 +239,15 @@ bool ends_in_paper(const cv::Mat& image, const AnyChessboard& board) {
     return squares >= 0.9 * all && paper >= 0.9 * all;
 }
 
+/// True if the outermost corners are corners. The detector sometimes takes the board's edge, where
+/// its outer squares end in paper, for another line of them.
+bool ends_in_corners(const cv::Mat& image, const AnyChessboard& board) {
+    const int columns = board.size.width, rows = board.size.height;
+    const double step = std::abs(contrast(image, board.corners, columns, rows));
+    const SaddleLines lines(image, board.corners, columns, rows, step);
+    return lines.row(0) && lines.row(rows - 1) && lines.column(0) && lines.column(columns - 1);
+}
+
 /// Why a chessboard was not found.
 std::string why_no_chessboard(const cv::Mat& image, cv::Size size) {
     const AnyChessboard any = chessboard_from(image, cv::Size(kSmallest, kSmallest));
@@ -260,7 +285,7 @@ Detection detect_chessboard(const cv::Mat& image, const Board& board) {
         return none;
     }
     const AnyChessboard larger = chessboard_from(image, size);
-    if (larger.size.area() > size.area()) {
+    if (larger.size.area() > size.area() && ends_in_corners(image, larger)) {
         none.refusal = other_size(larger.size, size);
         return none;
     }

@@ -20,6 +20,7 @@ minutes_of_numbers+='|^FitPulses\.FindsWhatAScan|PeakMethods\.SayTheirOwnSigma'
 minutes_of_numbers+='|^CalibrateSheetReal|^ScannerCalibration\.KeepsTheMirror|^CalibrateSheetSimulated'
 minutes_of_numbers+='|MeetsThePointErrorAndItsOwnPrediction|PeaksOfEveryMethodLieInOnePlane'
 minutes_of_numbers+='|^PlaceScans\.IsTheSameForAnyThreadCount|^FuseBunny'
+minutes_of_numbers+='|^CrossValidation\.AModelError|GuidedViewsTeachMore|^TwoSolutions|^Convergence\.'
 minutes_of_numbers+='|OnARailHasTheSigmaThatWasAdvised'
 
 sources() { find firmware host calib sim tests -name '*.h' -o -name '*.cpp'; }

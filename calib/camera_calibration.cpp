@@ -115,7 +115,7 @@ void solve_in_stages(CameraProblem& problem, const CameraCalibrationOptions& opt
 }
 
 /// The greatest sigma of a focal length, as a share of it. Boards that are all parallel come to
-/// rest at some length ten times the true one, with a sigma of 0.23 of it and more.
+/// rest at some length over ten times the true one, with a sigma of 0.23 of it and more.
 constexpr double kGreatestFocalSigma = 0.1;
 
 [[noreturn]] void refuse_parallel_views() {

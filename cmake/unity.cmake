@@ -1,7 +1,9 @@
-# The presets asan, tsan and arm64, tools/check --all and tools/quickstart join a target's sources into few
-# (CMAKE_UNITY_BUILD): most of a compiler's time goes into the same headers. The release preset
-# compiles each file alone, so that a change costs one file.
-# These files stay alone there too: another file of their target has a file-local name of theirs.
+# The presets asan, tsan and arm64, tools/check --all and tools/quickstart join a target's sources
+# into few (CMAKE_UNITY_BUILD): most of a compiler's time goes into the same headers. The release
+# preset compiles each file alone, so that a change costs one file.
+# These files stay alone there too: another file of their target has a file-local name of theirs, or
+# (point_tree, scene_geometry) a class of theirs has a member of a file-local type, of which g++
+# warns outside a main file.
 set(stria_alone
     calib/degeneracies.cpp
     calib/held_out_check.cpp
@@ -16,7 +18,7 @@ set(stria_alone
     host/advise/design.cpp
     host/cli/verb_verify_bar.cpp
     host/cli/verb_verify_plane.cpp
-    host/geometry/point_tree.cpp  # these two: a member of a file-local type
+    host/geometry/point_tree.cpp
     host/geometry/surface_tree.cpp
     host/io/scanner_toml.cpp
     host/scan/centre_of_light.cpp

@@ -1,6 +1,6 @@
-# The presets asan, tsan and arm64, tools/check --all and tools/quickstart join a target's sources
-# into few (CMAKE_UNITY_BUILD): most of a compiler's time goes into the same headers. The release
-# preset compiles each file alone, so that a change costs one file.
+# The presets asan, tsan, arm64 and coverage, tools/check --all and tools/quickstart join a target's
+# sources into few (CMAKE_UNITY_BUILD): most of a compiler's time goes into the same headers. The
+# release preset compiles each file alone, so that a change costs one file.
 # These files stay alone there too: another file of their target has a file-local name of theirs, or
 # (point_tree, scene_geometry) a class of theirs has a member of a file-local type, of which g++
 # warns outside a main file.

@@ -34,6 +34,7 @@ ScannerProblem::Stage of_few_points(const ScannerProblem::Stage& all,
     ScannerProblem::Stage stage = all;
     stage.every = std::max(1, static_cast<int>(points / (kFewPoints * problem.views.size())));
     stage.max_iterations = 30;
+    stage.valley_iterations = 0;
     return stage;
 }
 

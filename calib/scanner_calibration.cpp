@@ -320,26 +320,19 @@ void Calibrator::solve_jointly() {
     }
     reject_outliers();
     stage.huber_sigmas = 0;
-    stage.max_iterations = 100;
-    ceres::Solver::Summary summary;
+    stage.max_iterations = 12;  // who has not arrived by then creeps
+    stage.valley_iterations = 100;
+    SolveEnd end;
     OtherMirror other;
     for (int round = 0; round < 3; ++round) {
-        summary = problem_.solve(stage);
+        end = problem_.solve(stage);
         if (round == 0)
             other = take_better_mirror(problem_, stage, 2 * options_.nominal_angle_sigma_rad);
         if (round == 2) break;  // the last solve and the covariance share their weights
         problem_.weigh_stripes();
         estimate_sigmas(false);
     }
-    // The last solve starts where the one before ended. What it still gains counts: below 0.01 of
-    // half the chi-square no parameter moves by more than 0.15 of its standard deviation.
-    constexpr double kNegligibleGain = 0.01;
-    const auto is_done = [&] {
-        return summary.termination_type == ceres::CONVERGENCE ||
-               summary.initial_cost - summary.final_cost < kNegligibleGain;
-    };
-    for (int round = 0; round < 10 && !is_done(); ++round) summary = problem_.solve(stage);
-    result_.converged = is_done();
+    result_.converged = end.converged;
     if (const std::string alike = alike_mirrors(other.margin); !alike.empty())
         result_.warnings.push_back(alike);
     const std::string far =

@@ -199,7 +199,7 @@ void ScannerProblem::bound_mirror_turn(ceres::Problem& problem) {
     }
 }
 
-ceres::Solver::Summary ScannerProblem::solve(const Stage& stage) {
+SolveEnd ScannerProblem::solve(const Stage& stage) {
     ceres::Problem problem;
     build(problem, stage);
     if (stage.mirror_bounded) bound_mirror_turn(problem);
@@ -214,21 +214,30 @@ ceres::Solver::Summary ScannerProblem::solve(const Stage& stage) {
     // the mirror's weak directions take a hundred of them.
     options.initial_trust_region_radius = 1e9;
     options.max_trust_region_radius = 1e18;
+    std::vector<double*> shared = {camera_.data(), axis_.data()}, poses;
+    for (auto& sheet : sheets_) shared.push_back(sheet.data());
+    for (View& view : views) poses.push_back(view.pose.data());
     if (stage.camera) {
         auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-        for (View& view : views)
-            if (problem.HasParameterBlock(view.pose.data()))
-                ordering->AddElementToGroup(view.pose.data(), 0);
-        std::vector<double*> shared = {camera_.data(), axis_.data()};
-        for (auto& sheet : sheets_) shared.push_back(sheet.data());
+        for (double* block : poses)
+            if (problem.HasParameterBlock(block)) ordering->AddElementToGroup(block, 0);
         for (double* block : shared)
             if (problem.HasParameterBlock(block)) ordering->AddElementToGroup(block, 1);
         options.linear_solver_ordering = ordering;
     }
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
+    SolveEnd end = {summary.initial_cost, summary.final_cost,
+                    static_cast<int>(summary.iterations.size()) - 1,
+                    summary.termination_type == ceres::CONVERGENCE};
+    if (!end.converged && stage.valley_iterations > 0) {
+        const SolveEnd further = valley_solve(problem, shared, poses, stage.valley_iterations);
+        end.final_cost = further.final_cost;
+        end.iterations += further.iterations;
+        end.converged = further.converged;
+    }
     rebase();
-    return summary;
+    return end;
 }
 
 double ScannerProblem::cost(const Stage& stage) {

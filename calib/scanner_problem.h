@@ -7,6 +7,7 @@
 #include "calib/scanner_calibration.h"
 #include "calib/scanner_cost.h"
 #include "calib/stripe_points.h"
+#include "calib/valley_solve.h"
 
 /// For calib's own .cpp files only: it shows Ceres.
 namespace stria {
@@ -50,6 +51,7 @@ class ScannerProblem {
         int every = 1;                ///< use each n-th stripe point only
         bool mirror_bounded = false;  ///< a mirror stays near its drawing, see kMostMirrorTurn
         int max_iterations = 50;
+        int valley_iterations = 0;  ///< of valley_solve(), where those do not converge
     };
     /// Everything that is ever solved: all of the sheets, and the axis without a turntable's free
     /// turn and shift; its delay only where the stripe points tell it, see sees_delay().
@@ -62,7 +64,7 @@ class ScannerProblem {
     int stripe_unknowns() const;
 
     /// Solves, then makes the result the new base (all differences 0).
-    ceres::Solver::Summary solve(const Stage& stage);
+    SolveEnd solve(const Stage& stage);
     /// Half the chi-square that a stage would start with.
     double cost(const Stage& stage);
     /// The channels as they stand.

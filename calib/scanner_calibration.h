@@ -49,8 +49,9 @@ struct CornerView {
 CornerView find_corners(const CalibrationView& view, const Board& board);
 
 struct ScannerCalibrationOptions {
-    /// Of each laser; more add time, hardly certainty: corners limit.
-    int stripe_points_per_view = 600;
+    /// Of each laser. With 600, 1 of 20 simulated calibrations had a point off by over 1e-4 of the
+    /// diagonal.
+    int stripe_points_per_view = 1000;
     /// How far the machine may be from its drawing (one standard deviation). Directions that the
     /// data do not see stay at the drawing; the others do not notice.
     double nominal_angle_sigma_rad = 0.05;

@@ -16,7 +16,7 @@ namespace stria {
 namespace {
 
 constexpr int kSeeds = 20;
-constexpr int kStripePoints = 600;  ///< a view, the default
+constexpr int kStripePoints = 1000;  ///< a view, the default
 constexpr double kGoalRms = 2e-5;   ///< of the volume's diagonal, after the best rigid motion
 constexpr double kGoalMax = 1e-4;
 constexpr double kGoalAxisDeg = 0.003;

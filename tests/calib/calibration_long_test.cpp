@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kSeeds = 20;
 constexpr int kStripePoints = 1000;  ///< a view, the default
-constexpr double kGoalRms = 2e-5;   ///< of the volume's diagonal, after the best rigid motion
+constexpr double kGoalRms = 2e-5;    ///< of the volume's diagonal, after the best rigid motion
 constexpr double kGoalMax = 1e-4;
 constexpr double kGoalAxisDeg = 0.003;
 constexpr double kGoalAxisMm = 0.02;

@@ -133,9 +133,7 @@ class StripeVerb final : public Verb {
         int rows = 0;
         for (std::size_t i = 0; i < images.size(); ++i) {
             const StripeImage image = images.load(i);
-            if (!any_colour_)
-                options.accept = [&](const Pulse& peak) { return image.colour.has(peak); };
-            found[i] = find_peaks(image.frame, noise_model_, options);
+            found[i] = peaks_in(image, options);
             for (Pulse& peak : found[i])
                 if (image.clipped(peak)) peak.flags |= kPulseSaturated;
             rows = image.frame.height;
@@ -158,10 +156,35 @@ class StripeVerb final : public Verb {
         context.say(std::to_string(peaks) + " peaks in " + std::to_string(images.size()) +
                     " images -> " + out_);
         context.say(profile.table(axis_, "px"));
+        if (4 * peaks < images.size() * static_cast<std::size_t>(rows))
+            say_if_turned(context, images, options);
         JsonResult result = start_result(false);
         result.set("peaks", peaks).set("along_stripe", profile.json());
         context.finish(result);
         return 0;
+    }
+
+    std::vector<Pulse> peaks_in(const StripeImage& image, SpatialOptions options) const {
+        if (!any_colour_)
+            options.accept = [&](const Pulse& peak) { return image.colour.has(peak); };
+        return find_peaks(image.frame, noise_model_, options);
+    }
+
+    /// Few peaks: looks at the middle image the other way.
+    void say_if_turned(const Context& context, StripeImages& images,
+                       const SpatialOptions& options) const {
+        const std::size_t middle = images.size() / 2;
+        const std::string other = axis_ == "rows" ? "columns" : "rows";
+        std::vector<std::string> off = off_;
+        if (off.size() == files_.size()) off = {off_[middle]};
+        StripeImages turned({files_[middle]}, {channel_, other == "columns", off, {}});
+        const StripeImage image = turned.load(0);
+        const std::size_t there = peaks_in(image, options).size();
+        const std::size_t here = peaks_in(images.load(middle), options).size();
+        if (there > 3 * here && 4 * there > static_cast<std::size_t>(image.frame.height))
+            context.say("the stripe seems to run along the " + axis_ + ": --axis " + other +
+                        " finds " + std::to_string(there) + " peaks in " + files_[middle] +
+                        ", --axis " + axis_ + " " + std::to_string(here));
     }
 
     int run_spacetime(const Context& context, StripeImages& images) {

@@ -223,6 +223,20 @@ TEST(StripeMethod, PutsThePeaksWhereItIsNamedFor) {
         for (std::size_t k = i + 1; k < answers.size(); ++k) EXPECT_NE(answers[i], answers[k]);
 }
 
+TEST(StripeAxis, IsNamedWhereTheStripeRunsTheOtherWay) {
+    const TemporaryFolder folder;
+    write_stripe(folder / "stripe.png");
+    const auto said = [&](const std::string& axis) {
+        testing::internal::CaptureStdout();
+        EXPECT_EQ(stria({"stripe", folder / "stripe.png", "--axis", axis, "--out",
+                         folder / (axis + ".csv"), "--noise", "1e9,4.5e9"}),
+                  0);
+        return testing::internal::GetCapturedStdout();
+    };
+    EXPECT_NE(said("columns").find("--axis rows finds 60 peaks"), std::string::npos);
+    EXPECT_EQ(said("rows").find("finds"), std::string::npos);
+}
+
 TEST(StripeDeconvolve, SharpensPulsesOverTimeAndSaysItsPrice) {
     const TemporaryFolder folder;
     std::vector<std::string> arguments = {"stripe", "--mode",  "spacetime",

@@ -15,7 +15,7 @@ threaded=(firmware/transport firmware/session host/link host/local host/geometry
 # of their own: another instrument or CPU adds minutes to them, not knowledge.
 minutes_of_numbers='(Spatial|Temporal)Bound|WithoutSim|SimulatedFramesReachTheBound|^ImagePaths'
 minutes_of_numbers+='|^Robustness\.Drops|PeakMethods\.ReachWhat|^ReflectanceCard|^Corner\.'
-minutes_of_numbers+='|^CornerTable|^Determinism\.Seeds|SaysThatAScanOfAnotherPart'
+minutes_of_numbers+='|^WideLens|^Determinism\.Seeds|SaysThatAScanOfAnotherPart'
 minutes_of_numbers+='|^FitPulses\.FindsWhatAScan|PeakMethods\.SayTheirOwnSigma'
 minutes_of_numbers+='|^CalibrateSheetReal|^ScannerCalibration\.KeepsTheMirror|^CalibrateSheetSimulated'
 minutes_of_numbers+='|MeetsThePointErrorAndItsOwnPrediction|PeaksOfEveryMethodLieInOnePlane'

@@ -108,21 +108,25 @@ TEST_F(Valley, LeavesHeldBlocksAndEntries) {
     EXPECT_NEAR(1.5 * shared_[0] * shared_[0] + shared_[1], 10, 1e-3);  // the held pose's word
 }
 
-TEST(ValleySolve, LeavesATop) {
-    double x = 1e-9;
+/// Solves Top from beside it; x becomes where it ends.
+SolveEnd leave_top(double& x, int most_iterations) {
+    x = 1e-9;
     ceres::Problem problem;
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Top, 2, 1>(new Top), nullptr, &x);
-    const SolveEnd end = valley_solve(problem, {&x}, {}, 30);
+    return valley_solve(problem, {&x}, {}, most_iterations);
+}
+
+TEST(ValleySolve, LeavesATop) {
+    double x = 0;
+    const SolveEnd end = leave_top(x, 30);
     EXPECT_TRUE(end.converged);
     EXPECT_NEAR(std::abs(x), std::sqrt(4.5), 0.02);
     EXPECT_NEAR(end.final_cost, 0.5 * (4.5 + 0.25), 1e-3);
 }
 
 TEST(ValleySolve, StopsWhereItIsTold) {
-    double x = 1e-9;
-    ceres::Problem problem;
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Top, 2, 1>(new Top), nullptr, &x);
-    const SolveEnd end = valley_solve(problem, {&x}, {}, 1);
+    double x = 0;
+    const SolveEnd end = leave_top(x, 1);
     EXPECT_FALSE(end.converged);
     EXPECT_EQ(end.iterations, 1);
     EXPECT_LT(end.final_cost, end.initial_cost);

@@ -6,6 +6,22 @@
 #include "calib/detect_grid.h"
 
 namespace stria {
+namespace {
+
+/// OpenCV's detectors draw from the thread's generator: started anew for every picture, so that
+/// what they find does not depend on what was looked at before. The caller's comes back afterwards.
+class FreshRandomNumbers {
+  public:
+    FreshRandomNumbers() { cv::theRNG() = cv::RNG(1); }
+    ~FreshRandomNumbers() { cv::theRNG() = before_; }
+    FreshRandomNumbers(const FreshRandomNumbers&) = delete;
+    FreshRandomNumbers& operator=(const FreshRandomNumbers&) = delete;
+
+  private:
+    cv::RNG before_ = cv::theRNG();
+};
+
+}  // namespace
 
 Detection detect_board(const GreyImage& image, const Board& board) {
     if (image.empty() || image.channels != 1)
@@ -16,6 +32,7 @@ Detection detect_board(const GreyImage& image, const Board& board) {
     // OpenCV only reads through the pointer.
     const cv::Mat pixels(image.height, image.width, CV_8UC1,
                          const_cast<std::uint8_t*>(image.values.data()));
+    const FreshRandomNumbers numbers;
     switch (board.kind) {
         case BoardKind::chessboard:
             return detect_chessboard(pixels, board);

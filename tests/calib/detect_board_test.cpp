@@ -121,6 +121,23 @@ TEST(DetectBoard, KeepsSymmetricGridsRightHanded) {
     }
 }
 
+TEST(DetectBoard, FindsTheSameWhateverWasLookedAtBefore) {
+    std::mt19937 rng(7);
+    for (const char* text :
+         {"chessboard:9x6:10", "charuco:9x7:12:9:DICT_5X5_100", "acircles:4x11:9"}) {
+        const Board board = parse_board(text);
+        const Scene scene = picture_of(board, rng, 0.3);
+        const Detection first = detect_board(scene.image, board);
+        for (unsigned state = 1; state <= 3; ++state) {
+            cv::theRNG() = cv::RNG(state);
+            const Detection again = detect_board(scene.image, board);
+            EXPECT_EQ(again.ids, first.ids) << text;
+            EXPECT_EQ(again.pixels, first.pixels) << text;
+            EXPECT_EQ(cv::theRNG().state, cv::RNG(state).state) << "the caller's generator";
+        }
+    }
+}
+
 TEST(DetectBoard, RefusesAPictureWithoutIt) {
     GreyImage grey(320, 240, 1, 128);
     for (const char* text : {"chessboard:9x6:10", "charuco:9x7:12:9:DICT_5X5_100", "circles:6x5:10",

@@ -1,6 +1,5 @@
 #include "calib/camera_calibration.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -158,23 +157,15 @@ CameraCalibration summarise(CameraProblem& problem, const CameraCalibrationOptio
     const double dof = 2.0 * result.points_used - static_cast<double>(free.size()) -
                        (options.board_warp ? 2 : 0) - 6.0 * result.views_used;
     result.sigma_pixel = dof > 0 ? std::sqrt(sum / dof) : 0;
-
-    const Eigen::MatrixXd information = problem.information(free, options.board_warp);
-    const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-    // A rational lens seen in a narrow field is weak by nature: its loosest directions are capped,
-    // the camera's covariance stays finite and what it projects is hardly touched.
-    const Eigen::VectorXd strength = eigen.eigenvalues().cwiseMax(1e-14);
-    const Eigen::MatrixXd inverse = scale.asDiagonal() * eigen.eigenvectors() *
-                                    strength.cwiseInverse().asDiagonal() *
-                                    eigen.eigenvectors().transpose() * scale.asDiagonal();
+    const auto rows = problem.corner_rows(free, options.board_warp);
+    result.noise =
+        options.shared_errors ? estimate_corner_noise(rows) : CornerNoise{result.sigma_pixel};
     const auto count = static_cast<Eigen::Index>(free.size());
-    result.covariance =
-        result.sigma_pixel * result.sigma_pixel * inverse.topLeftCorner(count, count);
-    const double at_least_px = std::max(result.sigma_pixel, 1e-3);  // exact corners prove nothing
-    if (at_least_px * std::sqrt(inverse(0, 0)) > kGreatestFocalSigma * std::abs(result.camera.fx))
-        refuse_parallel_views();
+    result.covariance = shared_covariance(rows, result.noise).topLeftCorner(count, count);
+    // exact corners prove nothing
+    const CornerNoise white{std::max(result.sigma_pixel, 1e-3)};
+    const double focal_sigma = std::sqrt(shared_covariance(rows, white)(0, 0));
+    if (focal_sigma > kGreatestFocalSigma * std::abs(result.camera.fx)) refuse_parallel_views();
     return result;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/corner_noise.h"
 #include "host/core/board.h"
 #include "host/core/camera_model.h"
 #include "host/core/rigid3.h"
@@ -26,6 +27,8 @@ struct CameraCalibrationOptions {
     bool board_warp = false;
     /// Keep every corner and view that can be used at all, as OpenCV does.
     bool reject_outliers = true;
+    /// Estimate how neighbouring corners err together; off: their errors count as independent.
+    bool shared_errors = true;
     std::optional<CameraModel> start = {};  ///< a rough camera; empty: from the views alone
 };
 
@@ -45,8 +48,9 @@ struct CameraCalibration {
     int views_used = 0;
     bool converged = false;
     int iterations = 0;      ///< of the last solve
-    double sigma_pixel = 0;  ///< estimated standard deviation of one coordinate, px
-    /// Of fx fy cx cy and the lens kind's distortion; poses free.
+    double sigma_pixel = 0;  ///< of one coordinate, px: residuals over the degrees of freedom
+    CornerNoise noise;       ///< which of it neighbouring corners share
+    /// Of fx fy cx cy and the lens kind's distortion, for corners that err like that; poses free.
     Eigen::MatrixXd covariance;
     Eigen::Vector2d board_warp_mm = Eigen::Vector2d::Zero();
     std::vector<CameraViewResult> views;  ///< in the order given

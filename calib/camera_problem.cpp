@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/schur_information.h"
-
 namespace stria {
 namespace {
 
@@ -27,6 +25,23 @@ struct PointCost {
         return true;
     }
 };
+
+using AutoDiffPoint = ceres::AutoDiffCostFunction<PointCost, 2, kCameraSize, kPoseSize, 2>;
+
+struct PointRows {
+    Eigen::Vector2d residual;
+    Eigen::Matrix<double, 2, kCameraSize, Eigen::RowMajor> by_camera;
+    Eigen::Matrix<double, 2, kPoseSize, Eigen::RowMajor> by_pose;
+    Eigen::Matrix<double, 2, 2, Eigen::RowMajor> by_warp;
+};
+
+/// False if the point is not in front of the camera.
+bool linearise(const PointCost& cost, const std::array<double, kCameraSize>& camera,
+               const Vector6d& pose, const std::array<double, 2>& warp, PointRows& rows) {
+    const double* parameters[] = {camera.data(), pose.data(), warp.data()};
+    double* jacobians[] = {rows.by_camera.data(), rows.by_pose.data(), rows.by_warp.data()};
+    return AutoDiffPoint(new PointCost(cost)).Evaluate(parameters, rows.residual.data(), jacobians);
+}
 
 double weight_of(const CameraView& view, std::size_t i) {
     return view.weights.empty() ? 1.0 : view.weights[i];
@@ -74,9 +89,8 @@ void CameraProblem::build(ceres::Problem& problem, const Solve& how) {
             if (!view.use[i]) continue;
             const auto id = static_cast<std::size_t>(view.source->ids[i]);
             problem.AddResidualBlock(
-                new ceres::AutoDiffCostFunction<PointCost, 2, kCameraSize, kPoseSize, 2>(
-                    new PointCost{points_[id], span_[id], view.source->pixels[i],
-                                  weight_of(*view.source, i)}),
+                new AutoDiffPoint(new PointCost{points_[id], span_[id], view.source->pixels[i],
+                                                weight_of(*view.source, i)}),
                 how.huber_px > 0 ? new ceres::HuberLoss(how.huber_px) : nullptr, camera.data(),
                 view.pose.data(), warp.data());
         }
@@ -131,15 +145,41 @@ std::vector<std::vector<double>> CameraProblem::residual_lengths() const {
     return lengths;
 }
 
-Eigen::MatrixXd CameraProblem::information(const std::vector<int>& free, bool board_warp) {
-    ceres::Problem problem;
-    build(problem, {.free = free, .board_warp = board_warp});
-    std::vector<double*> shared = {camera.data()}, separate;
-    if (board_warp) shared.push_back(warp.data());
-    for (View& view : views)
-        if (view.used && problem.HasParameterBlock(view.pose.data()))
-            separate.push_back(view.pose.data());
-    return schur_information(problem, shared, separate);
+std::vector<CornerRows> CameraProblem::corner_rows(const std::vector<int>& free,
+                                                   bool board_warp) const {
+    const auto shared = static_cast<Eigen::Index>(free.size()) + (board_warp ? 2 : 0);
+    std::vector<CornerRows> result;
+    for (const View& view : views) {
+        if (!view.used) continue;
+        CornerRows rows;
+        std::vector<PointRows> points;
+        for (std::size_t i = 0; i < view.use.size(); ++i) {
+            if (!view.use[i]) continue;
+            const auto id = static_cast<std::size_t>(view.source->ids[i]);
+            const PointCost cost{points_[id], span_[id], view.source->pixels[i],
+                                 weight_of(*view.source, i)};
+            PointRows point;
+            if (!linearise(cost, camera, view.pose, warp, point)) continue;
+            points.push_back(point);
+            rows.on_board.push_back(points_[id].head<2>() / board_.pitch_mm);
+        }
+        const auto count = static_cast<Eigen::Index>(points.size());
+        rows.residual.resize(2 * count);
+        rows.by_pose.resize(2 * count, kPoseSize);
+        rows.by_shared.resize(2 * count, shared);
+        for (Eigen::Index i = 0; i < count; ++i)
+            for (int c = 0; c < 2; ++c) {
+                const PointRows& point = points[static_cast<std::size_t>(i)];
+                const Eigen::Index row = c * count + i;
+                rows.residual[row] = point.residual[c];
+                rows.by_pose.row(row) = point.by_pose.row(c);
+                Eigen::Index column = 0;
+                for (int entry : free) rows.by_shared(row, column++) = point.by_camera(c, entry);
+                if (board_warp) rows.by_shared.row(row).tail<2>() = point.by_warp.row(c);
+            }
+        result.push_back(std::move(rows));
+    }
+    return result;
 }
 
 }  // namespace stria

@@ -8,6 +8,7 @@
 
 #include "calib/camera_calibration.h"
 #include "calib/camera_cost.h"
+#include "calib/corner_noise.h"
 
 /// For calib's own .cpp files only: it shows Ceres.
 namespace stria {
@@ -41,8 +42,9 @@ class CameraProblem {
     /// by view; a point behind the camera counts as 1e6 px.
     std::vector<std::vector<double>> residual_lengths() const;
 
-    /// Information of the free camera entries, poses and warp eliminated, for unit sigma_px.
-    Eigen::MatrixXd information(const std::vector<int>& free, bool board_warp);
+    /// Used corners of each used view, linearised where the parameters are. Shared columns: the
+    /// free camera entries, then the warp if it is solved. Points behind the camera are left out.
+    std::vector<CornerRows> corner_rows(const std::vector<int>& free, bool board_warp) const;
 
     std::array<double, kCameraSize> camera{};
     std::array<double, 2> warp{};

@@ -124,7 +124,7 @@ void Calibrator::solve_camera() {
             pictures.push_back({seen.name, seen.ids, seen.pixels, {}});
     const CameraModel& drawn = nominal_.channels[0].camera;
     camera_ = calibrate_camera(pictures, board_, drawn.width, drawn.height,
-                               {.lens = drawn.kind, .start = drawn});
+                               {.lens = drawn.kind, .shared_errors = false, .start = drawn});
 }
 
 void Calibrator::start_axis_and_views() {

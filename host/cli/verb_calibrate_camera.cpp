@@ -7,6 +7,7 @@
 #include "host/cli/progress.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
+#include "host/core/short_number.h"
 #include "host/io/image_io.h"
 #include "host/io/model_io.h"
 
@@ -138,6 +139,15 @@ class CalibrateCameraVerb final : public Verb {
              << " " << camera.cy;
         context.say(line.str());
         for (const std::string& left_out : lines) context.say(left_out);
+        const CornerNoise& noise = found.noise;
+        if (noise.refutes_independence())
+            context.say(
+                "neighbouring corners err together: " + short_number(100 * noise.shared, 2) +
+                " % of the variance of " + short_number(noise.sigma_px, 2) + " px, over " +
+                short_number(noise.reach_pitches, 2) +
+                " pitches. The sigmas allow for it; what helps: a flat board or "
+                "--board-warp, --model rational8 for a wide lens, pictures that the camera "
+                "has not sharpened");
         JsonResult result;
         result.set("rms_px", found.rms_px)
             .set("views_used", found.views_used)
@@ -158,7 +168,11 @@ class CalibrateCameraVerb final : public Verb {
                               .set("fx", sigma(0))
                               .set("fy", sigma(1))
                               .set("cx", sigma(2))
-                              .set("cy", sigma(3)));
+                              .set("cy", sigma(3)))
+            .set("corner_noise", JsonResult()
+                                     .set("sigma_px", noise.sigma_px)
+                                     .set("shared", noise.shared)
+                                     .set("reach_pitches", noise.reach_pitches));
         if (warp_)
             result.set("board_warp_mm",
                        std::vector<double>{found.board_warp_mm.x(), found.board_warp_mm.y()});

@@ -1,6 +1,7 @@
 // Our camera beside OpenCV's, on the same corners of real photographs.
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -8,6 +9,7 @@
 
 #include "calib/camera_calibration.h"
 #include "calib/detect_board.h"
+#include "calib/p_values.h"
 #include "host/io/image_io.h"
 
 namespace stria {
@@ -90,28 +92,77 @@ class RealBoards : public testing::Test {
                 std::cout << view.name << ": corner " << id << " left out\n";
         }
     }
+    /// The views of even and of odd place, each calibrated alone: do they differ by more than their
+    /// covariances say?
+    void compare_halves(const Photographs& set, const Board& board) {
+        for (bool warp : {false, true}) {
+            CameraCalibration halves[2];
+            for (int h = 0; h < 2; ++h) {
+                std::vector<CameraView> views;
+                for (std::size_t i = static_cast<std::size_t>(h); i < set.views.size(); i += 2)
+                    views.push_back(set.views[i]);
+                halves[h] =
+                    calibrate_camera(views, board, set.width, set.height, {.board_warp = warp});
+                const CornerNoise& noise = halves[h].noise;
+                std::cout << to_string(board) << (warp ? " with warp" : "") << ", half " << h
+                          << ": " << views.size() << " views, fx " << halves[h].camera.fx << " +- "
+                          << std::sqrt(halves[h].covariance(0, 0)) << ", corners err by "
+                          << noise.sigma_px << " px, " << noise.shared
+                          << " of the variance shared over " << noise.reach_pitches << " pitches\n";
+            }
+            const Eigen::VectorXd difference =
+                entries(halves[0].camera) - entries(halves[1].camera);
+            const Eigen::MatrixXd covariance = halves[0].covariance + halves[1].covariance;
+            const double chi_square = difference.dot(covariance.ldlt().solve(difference));
+            const double p = chi_square_tail(chi_square, static_cast<double>(difference.size()));
+            std::cout << "chi-square " << chi_square << " of " << difference.size() << ", p " << p
+                      << '\n';
+            EXPECT_GT(p, 0.01);
+        }
+    }
+
+    static Eigen::VectorXd entries(const CameraModel& camera) {
+        Eigen::VectorXd all(9);
+        all << camera.fx, camera.fy, camera.cx, camera.cy, camera.distortion[0],
+            camera.distortion[1], camera.distortion[2], camera.distortion[3], camera.distortion[4];
+        return all;
+    }
     std::string data_;
 };
 
-TEST_F(RealBoards, ChessboardIsNotWorseThanOpenCv) {
+TEST_F(RealBoards, ChessboardIsNotWorseThanOpenCvAndItsHalvesAgree) {
     const Board board = parse_board("chessboard:9x6:23.9");
     const auto set = detect_all(data_ + "/stereo_chessboard_9x6", "left", 1, 15, "%02d.jpg", board);
     EXPECT_GE(set.views.size(), 14u);
     compare(set, board);
+    compare_halves(set, board);
 }
 
-TEST_F(RealBoards, CharucoIsNotWorseThanOpenCv) {
+TEST_F(RealBoards, CharucoIsNotWorseThanOpenCvAndItsHalvesAgree) {
     const Board board = parse_board("charuco:7x5:20:10:DICT_6X6_250");
     const auto set = detect_all(data_ + "/charuco_5x7", "", 1, 7, "%d.jpg", board);
     EXPECT_EQ(set.views.size(), 7u);
     compare(set, board);
+    compare_halves(set, board);
 }
 
-TEST_F(RealBoards, CircleGridIsNotWorseThanOpenCv) {
+TEST_F(RealBoards, CircleGridIsNotWorseThanOpenCvAndItsHalvesAgree) {
     const Board board = parse_board("circles:7x7:37.5");
     const auto set = detect_all(data_ + "/laser_plane_circlegrid", "calib", 0, 11, "%d.jpg", board);
     EXPECT_EQ(set.views.size(), 12u);
     compare(set, board);
+    compare_halves(set, board);
+}
+
+TEST_F(RealBoards, WhatIsFoundDoesNotDependOnWhatWasLookedAtBefore) {
+    const GreyImage hard = read_grey_image(data_ + "/stereo_chessboard_9x6/left10.jpg");
+    const Board board = parse_board("chessboard:9x6:23.9");
+    const std::string first = detect_board(hard, board).refusal;
+    for (unsigned state = 1; state <= 5; ++state) {
+        cv::theRNG() = cv::RNG(state * 7919);
+        EXPECT_EQ(detect_board(hard, board).refusal, first) << state;
+        EXPECT_EQ(cv::theRNG().state, cv::RNG(state * 7919).state) << "the caller's generator";
+    }
 }
 
 TEST_F(RealBoards, WrongOrMissingBoardsAreRefusedByName) {

@@ -160,6 +160,21 @@ void add_stripes(const FittedView& fitted, const Channel& channel, const ViewDat
     }
 }
 
+/// Each point with the next two in the axis' order.
+void add_stripes_by_axis(const FittedView& fitted, const ViewData& data, Neighbours& sums) {
+    std::vector<Eigen::Index> order(data.stripes.size());
+    std::iota(order.begin(), order.end(), Eigen::Index{0});
+    const auto s_of = [&](Eigen::Index i) { return data.stripes[static_cast<std::size_t>(i)].s; };
+    std::stable_sort(order.begin(), order.end(),
+                     [&](Eigen::Index a, Eigen::Index b) { return s_of(a) < s_of(b); });
+    const auto first = 2 * static_cast<Eigen::Index>(data.corners.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        fitted.add_row(first + order[i], sums);
+        for (std::size_t j = i + 1; j < std::min(i + 3, order.size()); ++j)
+            fitted.add_pair(first + order[i], first + order[j], sums);
+    }
+}
+
 }  // namespace
 
 std::vector<VolumeSample> pulse_samples(const std::vector<CornerView>& views,
@@ -217,15 +232,17 @@ CrossValidation cross_validate(const std::vector<CornerView>& views, const Board
     const Eigen::LDLT<Eigen::MatrixXd> information(
         sum + kFloor * Eigen::MatrixXd::Identity(sum.rows(), sum.cols()));
     const Eigen::VectorXd step = -information.solve(gradient(all));
-    Neighbours corners, stripes;
+    Neighbours corners, stripes, by_axis;
     const double area = pattern_size_mm(board).prod();
     for (const ProjectedView& view : projected) {
         const FittedView fitted(view, step, information);
         add_corners(fitted, view.data, 1.5 * board.pitch_mm, corners);
         add_stripes(fitted, channel, view.data, area, stripes);
+        add_stripes_by_axis(fitted, view.data, by_axis);
     }
     result.corners = corners.judge(solved.corner_sigma_px);
     result.stripes = stripes.judge(1);
+    result.stripes_by_axis = by_axis.judge(1);
 
     double least = 1;
     int tests = 0;
@@ -235,8 +252,8 @@ CrossValidation cross_validate(const std::vector<CornerView>& views, const Board
     };
     for (const SplitCheck& check : result.splits)
         if (check.done) count(check.p_value);
-    if (result.corners.pairs > 0) count(result.corners.p_value);
-    if (result.stripes.pairs > 0) count(result.stripes.p_value);
+    for (const WhitenessCheck* check : {&result.corners, &result.stripes, &result.stripes_by_axis})
+        if (check->pairs > 0) count(check->p_value);
     result.p_value = std::min(1.0, tests * least);
     return result;
 }

@@ -31,8 +31,9 @@ struct WhitenessCheck {
 
 struct CrossValidation {
     std::vector<SplitCheck> splits;
-    WhitenessCheck corners, stripes;
-    double p_value = 1;  ///< smallest of all, times their number (Bonferroni)
+    WhitenessCheck corners, stripes;  ///< neighbours on the board
+    WhitenessCheck stripes_by_axis;   ///< stripe points of a view next to each other in s
+    double p_value = 1;               ///< smallest of all, times their number (Bonferroni)
     /// A model error is claimed: p_value below 0.003.
     bool alarm() const { return p_value < 0.003; }
 };
@@ -43,9 +44,11 @@ struct CrossValidation {
 /// both halves the same model error. Each half is calibrated in first order about the joint
 /// solution (one Gauss-Newton step with the joint problem's rows, poses free, no priors); the
 /// difference of the halves is compared with H_a^-1 + H_b^-1, their joint covariance, in the
-/// directions that both see: chi-square. Besides, residuals of neighbouring corners and of
-/// neighbouring stripe points of a view must be uncorrelated (after the expectation that the fit
-/// itself leaves: minus their entry of the hat matrix).
+/// directions that both see: chi-square. Besides, residuals of neighbouring corners, of
+/// neighbouring stripe points of a view, and of stripe points taken at about the same position of
+/// the axis must be uncorrelated (after the expectation that the fit itself leaves: minus their
+/// entry of the hat matrix). The last sees an axis that runs unevenly: near a table's axis,
+/// neighbours on the board are far apart in angle.
 ///
 /// It cannot see: errors that the fit takes up without a trace (a wrong square size, axis constants
 /// wrong by a common factor, anything that a rigid motion undoes); errors that change sign from one

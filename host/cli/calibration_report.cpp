@@ -45,7 +45,10 @@ JsonResult json_of(const CrossValidation& halves) {
         .set("corner_model_error_px", halves.corners.model_error)
         .set("stripe_correlation", halves.stripes.correlation)
         .set("stripe_z", halves.stripes.z)
-        .set("stripe_model_error_sigma", halves.stripes.model_error);
+        .set("stripe_model_error_sigma", halves.stripes.model_error)
+        .set("axis_correlation", halves.stripes_by_axis.correlation)
+        .set("axis_z", halves.stripes_by_axis.z)
+        .set("axis_model_error_sigma", halves.stripes_by_axis.model_error);
 }
 
 JsonResult json_certificate(const CalibrationOutcome& outcome) {
@@ -89,7 +92,8 @@ void say_certificate(const Context& context, const CalibrationOutcome& outcome) 
                                " mm, expected ", split.expected_mm, " mm, p ", split.p_value));
     context.say(joined("residuals of neighbours: corners ", outcome.halves.corners.z,
                        " sigma alike (model error ", outcome.halves.corners.model_error,
-                       " px), stripes ", outcome.halves.stripes.z, " sigma alike"));
+                       " px), stripes ", outcome.halves.stripes.z, " sigma alike on the board, ",
+                       outcome.halves.stripes_by_axis.z, " along the axis"));
     context.say(std::string("certificate: ") + name_of(certificate.status));
     for (const std::string& reason : certificate.reasons) context.say("  " + reason);
 }

@@ -140,7 +140,8 @@ void print(const char* what, int trial, const CrossValidation& found) {
         std::cout << ", " << split.how << ' ' << split.difference_mm << " of " << split.expected_mm
                   << " mm (chi2 " << split.chi_square << " / " << split.degrees << ")";
     std::cout << ", corners z " << found.corners.z << " (" << found.corners.model_error
-              << " px), stripes z " << found.stripes.z << std::endl;
+              << " px), stripes z " << found.stripes.z << ", by axis z " << found.stripes_by_axis.z
+              << std::endl;
 }
 
 TEST(CrossValidation, NoiseAloneRaisesNoAlarm) {

@@ -39,6 +39,10 @@ Coach::Coach(const Board& board, const ScannerModel& drawing, const CoachOptions
         options_.near_mm = range[0];
         options_.far_mm = range[1];
     }
+    if (options_.mode == StripeMode::spacetime)
+        options_.plan.stripe_sigma_mm = options_.plan.stripe_sigma_px * 0.5 *
+                                        (options_.near_mm + options_.far_mm) /
+                                        drawing.channels.front().camera.fx;
     follow(drawing);
 }
 
@@ -51,6 +55,12 @@ void Coach::follow(const ScannerModel& better) {
                     short_number(options_.near_mm) + " and " + short_number(options_.far_mm) +
                     " mm during the sweep: expected a drawing and a plan that fit the machine");
     moves_ = point_moves(model_, modes_, samples);
+    placements_.clear();
+    for (const Rigid3& pose : library()) {
+        const ViewData view = expected_view(model_, board_, pose, options_.plan);
+        if (!view.corners.empty())
+            placements_.push_back({pose, information_of(view_rows(model_, modes_, view))});
+    }
 }
 
 bool Coach::take(const CornerView& view) {
@@ -77,7 +87,7 @@ double Coach::sigma_mm() const {
     return std::sqrt(information_.ldlt().solve(effect).trace() / points);
 }
 
-std::vector<Rigid3> Coach::candidates() const {
+std::vector<Rigid3> Coach::library() const {
     const CameraModel& camera = model_.channels.front().camera;
     const auto points = board_points(board_);
     const Eigen::Vector3d middle = 0.5 * (points.front() + points.back());
@@ -129,15 +139,13 @@ CoachAdvice Coach::advise() const {
     advice.sigma_now_mm = sigma_mm();
     advice.weakest = weakest();
     double best = -1;
-    for (const Rigid3& pose : candidates()) {
-        if (is_avoided(pose)) continue;
-        const ViewData view = expected_view(model_, board_, pose, options_.plan);
-        if (view.corners.empty()) continue;
-        const Eigen::MatrixXd then = information_ + information_of(view_rows(model_, modes_, view));
+    for (const Placement& placement : placements_) {
+        if (is_avoided(placement.camera_from_board)) continue;
+        const Eigen::MatrixXd then = information_ + placement.information;
         const double trace = then.ldlt().solve(effect).trace();
         if (best >= 0 && trace >= best) continue;
         best = trace;
-        advice.camera_from_board = pose;
+        advice.camera_from_board = placement.camera_from_board;
     }
     if (best < 0)
         throw Error(

@@ -12,6 +12,9 @@ struct CoachOptions {
     /// Distances (mm from the camera) between which points are to be measured; 0, 0: 0.8 and 1.25
     /// of where the sheet in the middle of the sweep meets the camera's axis.
     double near_mm = 0, far_mm = 0;
+    /// Spacetime: a stripe point's sigma across the sheet does not depend on its distance, because
+    /// the pulse lasts as long as the sheet is thick; it is plan.stripe_sigma_px in the middle.
+    StripeMode mode = StripeMode::spatial;
     ScannerCalibrationOptions calibration;  ///< how far the machine may be from its drawing
 };
 
@@ -26,7 +29,7 @@ struct CoachAdvice {
 
 /// Tells a person where to hold the board next. What is known is kept as information about modes of
 /// the drawing's uncertainty (drawing_covariance()); every view adds what its own Jacobian holds,
-/// its board's pose free. Of a fixed library of placements (9 places in the image, 3 distances, 9
+/// its board's pose free. Of a fixed library of placements (25 places in the image, 3 distances, 9
 /// tilts) that one is proposed after which the points of the volume would be known best: the least
 /// trace of their covariance (A-optimal design). First order throughout, so that it works from the
 /// first view on, before anything can be solved.
@@ -52,7 +55,11 @@ class Coach {
     const ScannerModel& model() const { return model_; }
 
   private:
-    std::vector<Rigid3> candidates() const;
+    struct Placement {
+        Rigid3 camera_from_board;
+        Eigen::MatrixXd information;  ///< about the modes
+    };
+    std::vector<Rigid3> library() const;
     bool is_avoided(const Rigid3& pose) const;
     std::string weakest() const;
 
@@ -60,8 +67,9 @@ class Coach {
     ScannerModel model_;
     CoachOptions options_;
     Eigen::MatrixXd modes_;
-    Eigen::MatrixXd information_;  ///< about the modes, prior included
-    Eigen::MatrixXd moves_;        ///< of the volume's points by mode
+    Eigen::MatrixXd information_;        ///< about the modes, prior included
+    Eigen::MatrixXd moves_;              ///< of the volume's points by mode
+    std::vector<Placement> placements_;  ///< those of the library that show board and stripe
     std::vector<Rigid3> taken_, avoided_;
 };
 

@@ -107,7 +107,9 @@ void add_stripes(const Channel& channel, const std::vector<Eigen::Vector3d>& poi
             continue;
         const double slope = mm_per_px(channel, view.camera_from_board, *pixel, *s);
         if (slope > 0 && std::isfinite(slope))
-            view.stripes.push_back({*pixel, *s, slope * plan.stripe_sigma_px});
+            view.stripes.push_back(
+                {*pixel, *s,
+                 plan.stripe_sigma_mm > 0 ? plan.stripe_sigma_mm : slope * plan.stripe_sigma_px});
     }
 }
 

@@ -59,6 +59,7 @@ struct ViewPlan {
     double sweep_from = 0, sweep_to = 0;
     double corner_sigma_px = 0.1;
     double stripe_sigma_px = 0.1;              ///< along the row
+    double stripe_sigma_mm = 0;                ///< if above 0, instead: from the sheet
     double least_facing = 0.45;                ///< cosine between board normal and line of sight
     int most_corners = 16, most_stripes = 20;  ///< each stands for its share of all
 };

@@ -91,6 +91,7 @@ Scene with_board_at(const Scene& scene, const std::string& name, const Rigid3& w
 
 CoachOptions coach_options(const ScanPlan& plan) {
     CoachOptions options;
+    options.mode = plan.mode;
     options.plan.sweep_from = plan.from;
     options.plan.sweep_to = plan.to;
     options.plan.picture_s.clear();

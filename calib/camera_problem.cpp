@@ -163,6 +163,7 @@ std::vector<CornerRows> CameraProblem::corner_rows(const std::vector<int>& free,
             points.push_back(point);
             rows.on_board.push_back(points_[id].head<2>() / board_.pitch_mm);
         }
+        if (points.empty()) continue;
         const auto count = static_cast<Eigen::Index>(points.size());
         rows.residual.resize(2 * count);
         rows.by_pose.resize(2 * count, kPoseSize);

@@ -41,7 +41,8 @@ void judge_halves(const CrossValidation& halves, double diagonal_mm,
                   std::vector<std::string>& reasons) {
     if (!halves.alarm()) return;
     for (const SplitCheck& split : halves.splits)
-        if (split.done && split.difference_mm > kDifferenceMatters * diagonal_mm &&
+        if (split.done && halves.alarm(split) &&
+            split.difference_mm > kDifferenceMatters * diagonal_mm &&
             split.expected_mm <= kDifferenceMatters * diagonal_mm)
             reasons.push_back("halves of the views (" + split.how + ") differ by " +
                               short_number(split.difference_mm, 3) + " mm where " +

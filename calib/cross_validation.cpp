@@ -245,16 +245,15 @@ CrossValidation cross_validate(const std::vector<CornerView>& views, const Board
     result.stripes_by_axis = by_axis.judge(1);
 
     double least = 1;
-    int tests = 0;
     const auto count = [&](double p) {
         least = std::min(least, p);
-        ++tests;
+        ++result.tests;
     };
     for (const SplitCheck& check : result.splits)
         if (check.done) count(check.p_value);
     for (const WhitenessCheck* check : {&result.corners, &result.stripes, &result.stripes_by_axis})
         if (check->pairs > 0) count(check->p_value);
-    result.p_value = std::min(1.0, tests * least);
+    result.p_value = std::min(1.0, result.tests * least);
     return result;
 }
 

@@ -33,9 +33,14 @@ struct CrossValidation {
     std::vector<SplitCheck> splits;
     WhitenessCheck corners, stripes;  ///< neighbours on the board
     WhitenessCheck stripes_by_axis;   ///< stripe points of a view next to each other in s
+    int tests = 0;                    ///< how many of these were made
     double p_value = 1;               ///< smallest of all, times their number (Bonferroni)
     /// A model error is claimed: p_value below 0.003.
-    bool alarm() const { return p_value < 0.003; }
+    bool alarm() const { return p_value < kClaims; }
+    /// It is this split that claims it, whatever the other tests say.
+    bool alarm(const SplitCheck& split) const { return tests * split.p_value < kClaims; }
+
+    static constexpr double kClaims = 0.003;
 };
 
 /// Cross-validation of a finished calibration from the views it was made from. The views are split

@@ -39,7 +39,7 @@ Coach::Coach(const Board& board, const ScannerModel& drawing, const CoachOptions
         options_.near_mm = range[0];
         options_.far_mm = range[1];
     }
-    if (options_.mode == StripeMode::spacetime)
+    if (options_.mode == StripeMode::spacetime && options_.plan.stripe_sigma_mm == 0)
         options_.plan.stripe_sigma_mm = options_.plan.stripe_sigma_px * 0.5 *
                                         (options_.near_mm + options_.far_mm) /
                                         drawing.channels.front().camera.fx;

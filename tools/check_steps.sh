@@ -21,7 +21,7 @@ minutes_of_numbers+='|^CalibrateSheetReal|^ScannerCalibration\.KeepsTheMirror|^C
 minutes_of_numbers+='|MeetsThePointErrorAndItsOwnPrediction|PeaksOfEveryMethodLieInOnePlane'
 minutes_of_numbers+='|^PlaceScans\.IsTheSameForAnyThreadCount|^FuseBunny'
 minutes_of_numbers+='|^CrossValidation\.AModelError|GuidedViewsTeachMore|^TwoSolutions|^Convergence\.'
-minutes_of_numbers+='|^CornerNoise\.Of'
+minutes_of_numbers+='|^CornerNoise\.Of|WhatIsFoundDoesNotDependOnWhatWas'
 minutes_of_numbers+='|OnARailHasTheSigmaThatWasAdvised'
 
 sources() { find firmware host calib sim tests -name '*.h' -o -name '*.cpp'; }

@@ -128,7 +128,8 @@ TEST(DetectBoard, FindsTheSameWhateverWasLookedAtBefore) {
         const Board board = parse_board(text);
         const Scene scene = picture_of(board, rng, 0.3);
         const Detection first = detect_board(scene.image, board);
-        for (unsigned state = 1; state <= 3; ++state) {
+        ASSERT_TRUE(first.found()) << text << ": " << first.refusal;
+        for (unsigned state = 1; state <= 2; ++state) {
             cv::theRNG() = cv::RNG(state);
             const Detection again = detect_board(scene.image, board);
             EXPECT_EQ(again.ids, first.ids) << text;

@@ -158,7 +158,8 @@ TEST_F(RealBoards, WhatIsFoundDoesNotDependOnWhatWasLookedAtBefore) {
     const GreyImage hard = read_grey_image(data_ + "/stereo_chessboard_9x6/left10.jpg");
     const Board board = parse_board("chessboard:9x6:23.9");
     const std::string first = detect_board(hard, board).refusal;
-    for (unsigned state = 1; state <= 5; ++state) {
+    ASSERT_FALSE(first.empty());
+    for (unsigned state = 1; state <= 3; ++state) {
         cv::theRNG() = cv::RNG(state * 7919);
         EXPECT_EQ(detect_board(hard, board).refusal, first) << state;
         EXPECT_EQ(cv::theRNG().state, cv::RNG(state * 7919).state) << "the caller's generator";

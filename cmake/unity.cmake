@@ -36,6 +36,7 @@ set(stria_alone
     tests/firmware/stripe/temporal_trials.cpp
     tests/host/advise/design_test.cpp
     tests/host/link/set_paths_test.cpp
+    tests/host/scan/clock_delay_test.cpp
     tests/host/scan/merge_passes_test.cpp
     tests/host/scan/range_from_pulses_test.cpp
     tests/host/verify/flatness_test.cpp

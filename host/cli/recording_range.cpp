@@ -13,6 +13,7 @@
 #include "host/core/errors.h"
 #include "host/geometry/parallel.h"
 #include "host/io/model_io.h"
+#include "host/scan/clock_delay.h"
 #include "host/scan/compare_directions.h"
 #include "host/scan/merge_passes.h"
 #include "host/scan/path_table.h"

@@ -14,6 +14,7 @@ std::vector<std::unique_ptr<Verb>> all_verbs() {
     verbs.push_back(make_calibrate_camera_verb());
     verbs.push_back(make_calibrate_sheet_verb());
     verbs.push_back(make_calibrate_plane_verb());
+    verbs.push_back(make_calibrate_clock_verb());
     verbs.push_back(make_calibrate_scanner_verb());
     verbs.push_back(make_scan_verb());
     verbs.push_back(make_range_verb());

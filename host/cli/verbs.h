@@ -13,6 +13,7 @@ std::unique_ptr<Verb> make_calibrate_board_verb();
 std::unique_ptr<Verb> make_calibrate_camera_verb();
 std::unique_ptr<Verb> make_calibrate_sheet_verb();
 std::unique_ptr<Verb> make_calibrate_plane_verb();
+std::unique_ptr<Verb> make_calibrate_clock_verb();
 std::unique_ptr<Verb> make_calibrate_scanner_verb();
 std::unique_ptr<Verb> make_scan_verb();
 std::unique_ptr<Verb> make_range_verb();

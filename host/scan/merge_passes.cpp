@@ -5,16 +5,11 @@
 #include <utility>
 #include <vector>
 
-#include "firmware/core/median.h"
 #include "host/core/errors.h"
 #include "host/scan/compare_directions.h"
 
 namespace stria {
 namespace {
-
-constexpr std::size_t kFewestCells = 100;
-constexpr double kMadToSigma = 1.4826;    // of a Gaussian
-constexpr double kMedianToMean = 1.2533;  // standard deviation of the median over the mean's
 
 /// Pulses of different passes that are one.
 struct Cluster {
@@ -118,15 +113,6 @@ std::span<const Pulse> cell_of(const PulseMap& map, PassGrid grid, int x, int y)
     return map.cell(grid == PassGrid::frames && goes_back ? map.width - 1 - x : x, y);
 }
 
-void gather_delays(const PulseMap& a, const PulseMap& b, std::vector<double>& delays_s) {
-    for (std::size_t cell = 0; cell + 1 < a.cell_begin.size(); ++cell) {
-        const Pulse* one = clean_pulse(a, cell);
-        const Pulse* other = clean_pulse(b, cell);
-        if (!one || !other || !same_pixel(*one, *other) || one->ds_dt * other->ds_dt >= 0) continue;
-        delays_s.push_back(-(one->s - other->s) / (one->ds_dt - other->ds_dt));
-    }
-}
-
 /// Those suspected as ghosts give way first.
 void keep_strongest(std::vector<Pulse>& pulses) {
     const auto stronger = [](const Pulse& a, const Pulse& b) { return a.amplitude > b.amplitude; };
@@ -139,29 +125,6 @@ void keep_strongest(std::vector<Pulse>& pulses) {
 }
 
 }  // namespace
-
-std::optional<ClockDelay> clock_delay(std::span<const PulseMap> passes) {
-    std::vector<double> delays_s;
-    for (std::size_t i = 0; i < passes.size(); ++i)
-        for (std::size_t k = i + 1; k < passes.size(); ++k)
-            if (passes[i].mode == StripeMode::spacetime && passes[k].mode == passes[i].mode &&
-                passes[i].cell_begin.size() == passes[k].cell_begin.size())
-                gather_delays(passes[i], passes[k], delays_s);
-    if (delays_s.size() < kFewestCells) return std::nullopt;
-    const double middle = median(delays_s);
-    std::vector<double> deviations;
-    for (const double delay : delays_s) deviations.push_back(std::abs(delay - middle));
-    ClockDelay result;
-    result.cells = delays_s.size();
-    result.delay_ns = 1e9 * middle;
-    result.sigma_ns = 1e9 * kMedianToMean * kMadToSigma * median(std::move(deviations)) /
-                      std::sqrt(static_cast<double>(result.cells));
-    return result;
-}
-
-void apply_delay(PulseMap& map, double delay_ns) {
-    for (Pulse& pulse : map.pulses) pulse.s += pulse.ds_dt * 1e-9 * delay_ns;
-}
 
 PulseMap merge_passes(std::span<const PulseMap> passes, PassGrid grid, const std::string& name,
                       double axis_sigma_s) {

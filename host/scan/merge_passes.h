@@ -1,27 +1,10 @@
 #pragma once
-#include <optional>
 #include <span>
 #include <string>
 
 #include "firmware/core/pulse.h"
 
 namespace stria {
-
-/// How much later than its stamps the axis log is right, from passes in two directions: a pulse is
-/// then early in one of them and late in the other.
-struct ClockDelay {
-    double delay_ns = 0;  ///< true time = stamp + delay
-    double sigma_ns = 0;  ///< standard deviation, from the scatter of the cells
-    std::size_t cells = 0;
-};
-
-/// Delay that is left in the positions s of passes over the same grid: the median over the cells
-/// that hold one unflagged pulse in a pass of each direction. Empty with passes of one direction,
-/// or fewer than 100 such cells.
-std::optional<ClockDelay> clock_delay(std::span<const PulseMap> passes);
-
-/// Moves every s by what a further delay makes of it, to first order: s += ds/dt x delay.
-void apply_delay(PulseMap& map, double delay_ns);
 
 /// What the cells of a sweep's maps are.
 enum class PassGrid {

@@ -7,41 +7,17 @@
 #include <vector>
 
 #include "host/core/errors.h"
+#include "tests/host/scan/pulse_maps.h"
 
 namespace stria {
 namespace {
 
-constexpr double kRate = 0.5;  // rad/s
-constexpr int kSide = 40;
-
-Pulse pulse_at(int x, int y, double s, double sigma_s, double rate = kRate) {
-    Pulse pulse;
-    pulse.u = static_cast<float>(x);
-    pulse.v = static_cast<float>(y);
-    pulse.s = s;
-    pulse.ds_dt = rate;
-    pulse.sigma = static_cast<float>(sigma_s / std::abs(rate) * 1e9);
-    pulse.amplitude = 100;
-    return pulse;
-}
+using test_maps::kSide;
+using test_maps::map_of;
+using test_maps::pulse_at;
 
 double sigma_of_s(const Pulse& pulse) {
     return static_cast<double>(pulse.sigma) * 1e-9 * std::abs(pulse.ds_dt);
-}
-
-/// A map of kSide x kSide cells from `of_cell(x, y)`, which gives the pulses of a cell.
-template <typename OfCell>
-PulseMap map_of(OfCell of_cell) {
-    PulseMap map;
-    map.width = map.height = kSide;
-    map.frames = 10;
-    for (int y = 0; y < kSide; ++y)
-        for (int x = 0; x < kSide; ++x) {
-            map.cell_begin.push_back(static_cast<std::uint32_t>(map.pulses.size()));
-            for (const Pulse& pulse : of_cell(x, y)) map.pulses.push_back(pulse);
-        }
-    map.cell_begin.push_back(static_cast<std::uint32_t>(map.pulses.size()));
-    return map;
 }
 
 TEST(MergePasses, ThePlaceIsTheWeightedMeanAndItsSigmaIsTrue) {
@@ -119,44 +95,6 @@ TEST(MergePasses, GridsMustBeTheSame) {
         2, map_of([](int x, int y) { return std::vector{pulse_at(x, y, 0.1, 1e-5)}; }));
     passes[1].height = 1;
     EXPECT_THROW(merge_passes(passes, PassGrid::image, "scan"), Error);
-}
-
-/// Passes there and back whose stamps are `delay_s` early.
-std::vector<PulseMap> there_and_back(double delay_s, double noise_s) {
-    std::mt19937 random(9);
-    std::normal_distribution<double> noise(0, noise_s);
-    std::vector<PulseMap> passes;
-    for (const double rate : {kRate, -0.8 * kRate})
-        passes.push_back(map_of([&](int x, int y) {
-            return std::vector{
-                pulse_at(x, y, 0.1 + 1e-4 * x - rate * delay_s + noise(random), 1e-5, rate)};
-        }));
-    return passes;
-}
-
-TEST(ClockDelay, IsFoundFromTwoDirectionsWithATrueSigma) {
-    const auto passes = there_and_back(40e-6, 1e-5);
-    const auto delay = clock_delay(passes);
-    ASSERT_TRUE(delay);
-    EXPECT_EQ(delay->cells, std::size_t{kSide} * kSide);
-    EXPECT_NEAR(delay->delay_ns, 40e3, 4 * delay->sigma_ns);
-    // sqrt(2) x 1e-5 / 0.9 of a difference, times 1.25 / sqrt(1600) of the median
-    EXPECT_NEAR(delay->sigma_ns, 1e9 * std::sqrt(2.0) * 1e-5 / 0.9 * 1.2533 / 40, 60);
-    std::vector<PulseMap> corrected = passes;
-    for (PulseMap& map : corrected) apply_delay(map, delay->delay_ns);
-    EXPECT_NEAR(clock_delay(corrected)->delay_ns, 0, 1);
-    EXPECT_EQ(merge_passes(corrected, PassGrid::image, "scan").pulses.size(),
-              std::size_t{kSide} * kSide);
-    EXPECT_GT(merge_passes(passes, PassGrid::image, "scan").pulses.size(),
-              std::size_t{kSide} * kSide);
-}
-
-TEST(ClockDelay, NeedsTwoDirectionsAndEnoughCells) {
-    std::vector<PulseMap> passes = there_and_back(40e-6, 1e-5);
-    EXPECT_FALSE(clock_delay(std::span(passes).first(1)));
-    passes[1] = passes[0];
-    EXPECT_FALSE(clock_delay(passes));
-    EXPECT_FALSE(clock_delay({}));
 }
 
 }  // namespace

@@ -54,6 +54,21 @@ void judge_halves(const CrossValidation& halves, double diagonal_mm,
                           short_number(halves.corners.model_error, 3) + " px (p " +
                           short_number(halves.p_value, 3) +
                           "): the lens model does not fit, or the board is bent");
+    const auto judge_stripes = [&](const WhitenessCheck& stripes, const char* where,
+                                   const char* meaning) {
+        const double shared_mm = stripes.model_error * halves.stripe_sigma_mm;
+        if (halves.alarm(stripes) && shared_mm > kTruenessMatters * diagonal_mm)
+            reasons.push_back("stripe points next to each other " + std::string(where) +
+                              " share an error of " + short_number(shared_mm, 3) + " mm (p " +
+                              short_number(stripes.p_value, 3) + "): " + meaning);
+    };
+    judge_stripes(halves.stripes, "on the board",
+                  "the laser's sheet is not of the shape modelled, or the board's print moves the "
+                  "stripe");
+    judge_stripes(halves.stripes_by_axis, "along the axis",
+                  "sheet or camera wobble as the axis moves");
+    judge_stripes(halves.axis_run, "along the axis, by what an error of the axis shows in them,",
+                  "the axis runs unevenly, or its positions are wrong");
 }
 
 }  // namespace

@@ -30,8 +30,9 @@ HeldOutCheck check_held_out(const std::vector<CornerView>& views, const Board& b
 /// did not converge; held-out corners or stripes 1.5 times as far off as the calibration's own;
 /// trueness above 3 times the expected, or contradicted by the score test (p < 0.001), and above
 /// 5e-5 of the volume's diagonal; an alarm of the cross-validation with halves that differ by more
-/// than 1e-4 of it (halves that are expected to differ by that, being few views, judge nothing) or
-/// a model error above 0.1 px. Without held-out views: unchecked.
+/// than 1e-4 of it (halves that are expected to differ by that, being few views, judge nothing), or
+/// with an error that neighbours share above 0.1 px (corners) or 5e-5 of the diagonal (stripe
+/// points). Without held-out views: unchecked.
 Certificate certify(const ScannerCalibration& solved, const HeldOutCheck& check,
                     const CrossValidation& halves);
 

@@ -78,21 +78,24 @@ SplitCheck split(const std::string& how, const std::vector<ProjectedView>& views
     return check;
 }
 
-/// Sums over neighbouring rows of all views.
+/// Sums over neighbouring rows of all views. A row's weight is how much of the shared error it
+/// would show.
 struct Neighbours {
     double products = 0, squares = 0, taken = 0, taken_squares = 0;
+    double weight_squares = 0;  ///< over rows
+    double pair_squares = 0;    ///< squared products of weights, over pairs
     std::size_t pairs = 0, rows = 0;
 
     WhitenessCheck judge(double unit) const {
         WhitenessCheck check;
         check.pairs = pairs;
-        if (pairs == 0 || rows == 0) return check;
+        if (pairs == 0 || pair_squares <= 0) return check;
         const double left = static_cast<double>(rows) - taken_squares;  // degrees of freedom
         const double variance = squares / std::max(1.0, left);
-        const double count = static_cast<double>(pairs);
         const double shared = products / variance + taken;  // expected: -taken
-        check.correlation = shared / count;
-        check.z = shared / std::sqrt(count);
+        check.correlation =
+            shared / pair_squares * weight_squares / static_cast<double>(rows);  // of a usual row
+        check.z = shared / std::sqrt(pair_squares);
         check.p_value = normal_tail(check.z);
         check.model_error = unit * std::sqrt(variance * std::max(0.0, check.correlation));
         return check;
@@ -108,16 +111,19 @@ class FittedView {
           residual_(view.residual + view.by_mode * step),
           weighted_(information.solve(view.by_mode.transpose())) {}
 
-    void add_row(Eigen::Index i, Neighbours& sums) const {
+    void add_row(Eigen::Index i, Neighbours& sums, double weight = 1) const {
         if (!use(i)) return;
         sums.squares += residual_[i] * residual_[i];
         sums.taken_squares += hat(i, i);
+        sums.weight_squares += weight * weight;
         ++sums.rows;
     }
-    void add_pair(Eigen::Index i, Eigen::Index j, Neighbours& sums) const {
+    /// @param weight  product of both rows' weights
+    void add_pair(Eigen::Index i, Eigen::Index j, Neighbours& sums, double weight = 1) const {
         if (!use(i) || !use(j)) return;
-        sums.products += residual_[i] * residual_[j];
-        sums.taken += hat(i, j);
+        sums.products += weight * residual_[i] * residual_[j];
+        sums.taken += weight * hat(i, j);
+        sums.pair_squares += weight * weight;
         ++sums.pairs;
     }
 
@@ -160,19 +166,53 @@ void add_stripes(const FittedView& fitted, const Channel& channel, const ViewDat
     }
 }
 
-/// Each point with the next two in the axis' order.
-void add_stripes_by_axis(const FittedView& fitted, const ViewData& data, Neighbours& sums) {
-    std::vector<Eigen::Index> order(data.stripes.size());
-    std::iota(order.begin(), order.end(), Eigen::Index{0});
-    const auto s_of = [&](Eigen::Index i) { return data.stripes[static_cast<std::size_t>(i)].s; };
-    std::stable_sort(order.begin(), order.end(),
-                     [&](Eigen::Index a, Eigen::Index b) { return s_of(a) < s_of(b); });
-    const auto first = 2 * static_cast<Eigen::Index>(data.corners.size());
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        fitted.add_row(first + order[i], sums);
-        for (std::size_t j = i + 1; j < std::min(i + 3, order.size()); ++j)
-            fitted.add_pair(first + order[i], first + order[j], sums);
+/// How far (sigmas) each stripe point would seem from the sheet per mm or rad that the axis is off.
+std::vector<double> seen_of_axis(const Channel& channel, const ViewData& view) {
+    const double step = channel.axis.kind == MachineKind::rail ? 1e-3 : 1e-5;
+    std::vector<double> seen;
+    for (const ViewData::Stripe& stripe : view.stripes) {
+        const auto distance = [&](double s) {
+            return distance_on_board(channel, view.camera_from_board, stripe.pixel, s);
+        };
+        const double slope = (distance(stripe.s + step) - distance(stripe.s - step)) / (2 * step);
+        seen.push_back(std::isfinite(slope) ? slope / stripe.sigma_mm : 0);
     }
+    return seen;
+}
+
+/// Each point with the next two in the axis' order: as they are, and by what they see of the axis.
+void add_stripes_by_axis(const FittedView& fitted, const Channel& channel, const ViewData& data,
+                         Neighbours& sums, Neighbours& axis_run) {
+    std::vector<std::size_t> order(data.stripes.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        return data.stripes[a].s < data.stripes[b].s;
+    });
+    const auto seen = seen_of_axis(channel, data);
+    const auto row = [&](std::size_t i) {
+        return static_cast<Eigen::Index>(2 * data.corners.size() + i);
+    };
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        fitted.add_row(row(order[i]), sums);
+        fitted.add_row(row(order[i]), axis_run, seen[order[i]]);
+        for (std::size_t j = i + 1; j < std::min(i + 3, order.size()); ++j) {
+            fitted.add_pair(row(order[i]), row(order[j]), sums);
+            fitted.add_pair(row(order[i]), row(order[j]), axis_run,
+                            seen[order[i]] * seen[order[j]]);
+        }
+    }
+}
+
+/// Rms sigma across the sheet of the stripe points in use.
+double stripe_sigma_mm(const std::vector<ProjectedView>& views) {
+    double squares = 0, count = 0;
+    for (const ProjectedView& view : views)
+        for (std::size_t i = 0; i < view.data.stripes.size(); ++i) {
+            if (!view.use[2 * view.data.corners.size() + i]) continue;
+            squares += view.data.stripes[i].sigma_mm * view.data.stripes[i].sigma_mm;
+            ++count;
+        }
+    return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
 }  // namespace
@@ -232,17 +272,19 @@ CrossValidation cross_validate(const std::vector<CornerView>& views, const Board
     const Eigen::LDLT<Eigen::MatrixXd> information(
         sum + kFloor * Eigen::MatrixXd::Identity(sum.rows(), sum.cols()));
     const Eigen::VectorXd step = -information.solve(gradient(all));
-    Neighbours corners, stripes, by_axis;
+    Neighbours corners, stripes, by_axis, axis_run;
     const double area = pattern_size_mm(board).prod();
     for (const ProjectedView& view : projected) {
         const FittedView fitted(view, step, information);
         add_corners(fitted, view.data, 1.5 * board.pitch_mm, corners);
         add_stripes(fitted, channel, view.data, area, stripes);
-        add_stripes_by_axis(fitted, view.data, by_axis);
+        add_stripes_by_axis(fitted, channel, view.data, by_axis, axis_run);
     }
     result.corners = corners.judge(solved.corner_sigma_px);
     result.stripes = stripes.judge(1);
     result.stripes_by_axis = by_axis.judge(1);
+    result.axis_run = axis_run.judge(1);
+    result.stripe_sigma_mm = stripe_sigma_mm(projected);
 
     double least = 1;
     const auto count = [&](double p) {
@@ -251,7 +293,8 @@ CrossValidation cross_validate(const std::vector<CornerView>& views, const Board
     };
     for (const SplitCheck& check : result.splits)
         if (check.done) count(check.p_value);
-    for (const WhitenessCheck* check : {&result.corners, &result.stripes, &result.stripes_by_axis})
+    for (const WhitenessCheck* check :
+         {&result.corners, &result.stripes, &result.stripes_by_axis, &result.axis_run})
         if (check->pairs > 0) count(check->p_value);
     result.p_value = std::min(1.0, result.tests * least);
     return result;

@@ -32,13 +32,16 @@ struct WhitenessCheck {
 struct CrossValidation {
     std::vector<SplitCheck> splits;
     WhitenessCheck corners, stripes;  ///< neighbours on the board
-    WhitenessCheck stripes_by_axis;   ///< stripe points of a view next to each other in s
+    WhitenessCheck stripes_by_axis;   ///< those of a view next to each other in s
+    WhitenessCheck axis_run;          ///< these, by what each sees of the axis' position
+    double stripe_sigma_mm = 0;       ///< rms of the stripe points used, across the sheet
     int tests = 0;                    ///< how many of these were made
     double p_value = 1;               ///< smallest of all, times their number (Bonferroni)
     /// A model error is claimed: p_value below 0.003.
     bool alarm() const { return p_value < kClaims; }
-    /// It is this split that claims it, whatever the other tests say.
+    /// It is this test (one of `tests`) that claims it, whatever the other ones say.
     bool alarm(const SplitCheck& split) const { return tests * split.p_value < kClaims; }
+    bool alarm(const WhitenessCheck& check) const { return tests * check.p_value < kClaims; }
 
     static constexpr double kClaims = 0.003;
 };
@@ -52,8 +55,10 @@ struct CrossValidation {
 /// directions that both see: chi-square. Besides, residuals of neighbouring corners, of
 /// neighbouring stripe points of a view, and of stripe points taken at about the same position of
 /// the axis must be uncorrelated (after the expectation that the fit itself leaves: minus their
-/// entry of the hat matrix). The last sees an axis that runs unevenly: near a table's axis,
-/// neighbours on the board are far apart in angle.
+/// entry of the hat matrix). Near a table's axis, neighbours on the board are far apart in angle:
+/// the last sees what wobbles as the axis moves. An axis that runs unevenly moves the parts of a
+/// board on a table to either side of the sheet, so the pairs are also counted by what an error of
+/// the axis would show in each.
 ///
 /// It cannot see: errors that the fit takes up without a trace (a wrong square size, axis constants
 /// wrong by a common factor, anything that a rigid motion undoes); errors that change sign from one

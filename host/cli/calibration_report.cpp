@@ -48,7 +48,10 @@ JsonResult json_of(const CrossValidation& halves) {
         .set("stripe_model_error_sigma", halves.stripes.model_error)
         .set("axis_correlation", halves.stripes_by_axis.correlation)
         .set("axis_z", halves.stripes_by_axis.z)
-        .set("axis_model_error_sigma", halves.stripes_by_axis.model_error);
+        .set("axis_model_error_sigma", halves.stripes_by_axis.model_error)
+        .set("axis_run_correlation", halves.axis_run.correlation)
+        .set("axis_run_z", halves.axis_run.z)
+        .set("axis_run_model_error_sigma", halves.axis_run.model_error);
 }
 
 JsonResult json_certificate(const CalibrationOutcome& outcome) {
@@ -93,7 +96,8 @@ void say_certificate(const Context& context, const CalibrationOutcome& outcome) 
     context.say(joined("residuals of neighbours: corners ", outcome.halves.corners.z,
                        " sigma alike (model error ", outcome.halves.corners.model_error,
                        " px), stripes ", outcome.halves.stripes.z, " sigma alike on the board, ",
-                       outcome.halves.stripes_by_axis.z, " along the axis"));
+                       outcome.halves.stripes_by_axis.z, " along the axis, ",
+                       outcome.halves.axis_run.z, " as its errors would show"));
     context.say(std::string("certificate: ") + name_of(certificate.status));
     for (const std::string& reason : certificate.reasons) context.say("  " + reason);
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 
@@ -115,6 +116,24 @@ TEST(Certify, OnlyHalvesThatAreKnownWellEnoughCondemn) {
     halves.splits[0].p_value = 2e-5;
     halves.splits[0].expected_mm = 0.06;  // few views in each half
     EXPECT_EQ(certify(solved, check, halves).status, CertificateStatus::passed);
+}
+
+TEST(Certify, FailsAnAxisThatRunsUnevenly) {
+    Solved solved(MachineKind::turntable, 16);
+    // A wave of 0.004 rad every 12 deg: a worn worm gear.
+    const auto run_unevenly = [](std::vector<CornerView>& views) {
+        for (CornerView& view : views)
+            for (Pulse& pulse : view.pulses.pulses) pulse.s += 0.004F * std::sin(30 * pulse.s);
+    };
+    run_unevenly(solved.views);
+    run_unevenly(solved.held_out);
+    solved.found = calibrate_scanner(solved.views, solved.board, solved.drawn, kQuick);
+    const Certificate certificate = solved.certificate();
+    EXPECT_EQ(certificate.status, CertificateStatus::failed);
+    EXPECT_TRUE(std::any_of(certificate.reasons.begin(), certificate.reasons.end(),
+                            [](const std::string& reason) {
+                                return reason.find("axis runs unevenly") != std::string::npos;
+                            }));
 }
 
 TEST(Certify, SaysWhatMovedInSigmas) {

@@ -141,7 +141,7 @@ void print(const char* what, int trial, const CrossValidation& found) {
                   << " mm (chi2 " << split.chi_square << " / " << split.degrees << ")";
     std::cout << ", corners z " << found.corners.z << " (" << found.corners.model_error
               << " px), stripes z " << found.stripes.z << ", by axis z " << found.stripes_by_axis.z
-              << std::endl;
+              << ", axis run z " << found.axis_run.z << std::endl;
 }
 
 TEST(CrossValidation, NoiseAloneRaisesNoAlarm) {

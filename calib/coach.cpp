@@ -63,9 +63,17 @@ void Coach::follow(const ScannerModel& better) {
     }
 }
 
+ViewData Coach::data_of(const CornerView& view) const {
+    return measured_view(model_, board_, view, options_.plan.corner_sigma_px, 1.0, kMostStripes);
+}
+
+bool Coach::can_use(const CornerView& view) const {
+    const ViewData data = data_of(view);
+    return !data.corners.empty() && !data.stripes.empty();
+}
+
 bool Coach::take(const CornerView& view) {
-    const ViewData data =
-        measured_view(model_, board_, view, options_.plan.corner_sigma_px, 1.0, kMostStripes);
+    const ViewData data = data_of(view);
     if (data.corners.empty() || data.stripes.empty()) return false;
     information_ += information_of(view_rows(model_, modes_, data));
     taken_.push_back(data.camera_from_board);
@@ -154,11 +162,11 @@ CoachAdvice Coach::advise() const {
             " mm shows 60 % of its corners and the stripe, and has not failed before: expected "
             "a board that fits the image, or a plan whose pictures all see it");
     advice.sigma_then_mm = std::sqrt(best / points);
-    advice.text =
-        "hold the board " +
-        describe_placement(model_.channels.front().camera, board_, advice.camera_from_board) +
-        ". A point is known to " + short_number(advice.sigma_now_mm, 2) + " mm so far, then to " +
-        short_number(advice.sigma_then_mm, 2) + " mm; weakest: " + advice.weakest;
+    advice.place = "hold the board " + describe_placement(model_.channels.front().camera, board_,
+                                                          advice.camera_from_board);
+    advice.text = advice.place + ". A point is known to " + short_number(advice.sigma_now_mm, 2) +
+                  " mm so far, then to " + short_number(advice.sigma_then_mm, 2) +
+                  " mm; weakest: " + advice.weakest;
     return advice;
 }
 

@@ -24,7 +24,8 @@ struct CoachAdvice {
     double sigma_then_mm = 0;  ///< after the view proposed
     std::string weakest;       ///< parameter that contributes most now, in words
     Rigid3 camera_from_board;  ///< the placement proposed, at s = 0
-    std::string text;          ///< all of it as one or two sentences for the person with the board
+    std::string place;         ///< where to hold the board: "hold the board 430 mm away, ..."
+    std::string text;          ///< that and what it would bring, for the person with the board
 };
 
 /// Tells a person where to hold the board next. What is known is kept as information about modes of
@@ -41,7 +42,10 @@ class Coach {
     /// Adds a view as measured; false if no picture of it shows the board or no stripe crosses it
     /// (nothing is added then).
     bool take(const CornerView& view);
-    /// Never proposes that placement again: a view there showed no usable board or stripe.
+    /// Whether a picture of the view shows the board and a stripe crosses it: take() would add it.
+    bool can_use(const CornerView& view) const;
+    /// Never proposes that placement again: a view there showed no usable board or stripe, or is
+    /// kept from the solve to check it.
     void avoid(const Rigid3& camera_from_board);
     /// Linearises about a better model from now on; views taken keep what they brought.
     void follow(const ScannerModel& better);
@@ -60,6 +64,7 @@ class Coach {
         Eigen::MatrixXd information;  ///< about the modes
     };
     std::vector<Rigid3> library() const;
+    ViewData data_of(const CornerView& view) const;
     bool is_avoided(const Rigid3& pose) const;
     std::string weakest() const;
 

@@ -17,6 +17,8 @@
 namespace stria {
 namespace {
 
+constexpr std::size_t kLeastForCheck = 10;  ///< views; fewer all solve
+
 std::uint32_t check_sum(const CalibrationView& view) {
     std::uint32_t crc = 0;
     const auto add = [&](const void* data, std::size_t size) {
@@ -117,7 +119,9 @@ class GuidedDevice {
     }
     Snapshot info() { return device_->info(); }
 
-    RecordingContents take(int view, const CoachAdvice& advice, const ScannerModel& nominal) {
+    /// @param wanted  the advice as told to the person
+    RecordingContents take(int view, const CoachAdvice& advice, const std::string& wanted,
+                           const ScannerModel& nominal) {
         if (scene_) {
             const Rigid3 world_from_board =
                 scan_from_camera(nominal.channels.front(), 0) * advice.camera_from_board;
@@ -125,7 +129,7 @@ class GuidedDevice {
                 with_board_at(*scene_, options_.device, world_from_board),
                 open_options(context_, view));
         } else {
-            wait_for_enter(view, options_.views, advice.text);
+            wait_for_enter(view, options_.views, wanted);
         }
         return sweep(*device_, options_.plan);
     }
@@ -158,11 +162,18 @@ void capture_guided(const Context& context, const Board& board, const BoardCaptu
                 context.say("where to hold the board, drawn before each view: " +
                             options.picture_path);
         }
-        context.say("view " + std::to_string(view + 1) + ": " + advice.text);
         const std::string name = "view " + std::to_string(view + 1);
-        add_view(gathered, device.take(view + lost, advice, gathered.nominal), board, name);
+        const bool checks =
+            is_held_out(static_cast<std::size_t>(view), static_cast<std::size_t>(options.views),
+                        options.check_every);
+        const std::string wanted =
+            checks ? advice.place + ". This view is held out to check the result" : advice.text;
+        context.say(name + ": " + wanted);
+        add_view(gathered, device.take(view + lost, advice, wanted, gathered.nominal), board, name);
         for (const std::string& refusal : gathered.views.back().refusals) context.say(refusal);
-        if (coach.take(gathered.views.back())) {
+        const CornerView& taken = gathered.views.back();
+        if (checks ? coach.can_use(taken) : coach.take(taken)) {
+            if (checks) coach.avoid(advice.camera_from_board);
             ++view;
             continue;
         }
@@ -197,6 +208,11 @@ void capture_unguided(const Context& context, const Board& board,
 }
 
 }  // namespace
+
+bool is_held_out(std::size_t i, std::size_t usable, int every) {
+    const auto step = static_cast<std::size_t>(every);
+    return every > 0 && usable >= kLeastForCheck && i % step == step / 2;
+}
 
 void add_view(GatheredViews& gathered, const RecordingContents& contents, const Board& board,
               const std::string& name) {

@@ -24,10 +24,15 @@ struct GatheredViews {
 void add_view(GatheredViews& gathered, const RecordingContents& contents, const Board& board,
               const std::string& name);
 
+/// Whether the i-th of `usable` views is held out of the solve: every `every`-th (0: none), where
+/// there are 10 or more.
+bool is_held_out(std::size_t i, std::size_t usable, int every);
+
 struct BoardCaptureOptions {
     std::string device;  ///< DEVICE
     ScanPlan plan;       ///< with off frames
     int views = 15;
+    int check_every = 0;       ///< guided: which views the coach must not count on; 0: none
     bool guided = false;       ///< ask the coach where to hold the board
     std::string picture_path;  ///< guided: the SVG written before each view
 };

@@ -17,8 +17,6 @@
 namespace stria {
 namespace {
 
-constexpr std::size_t kLeastForCheck = 10;  ///< views; fewer all solve
-
 /// Views that solve, and views that check.
 struct Divided {
     std::vector<CornerView> solve, check;
@@ -35,11 +33,9 @@ Divided divided(const GatheredViews& gathered, int every) {
     Divided parts;
     std::size_t usable = 0, next = 0;
     for (const CornerView& view : gathered.views) usable += !view.corners.empty();
-    const auto step = static_cast<std::size_t>(every);
     for (std::size_t i = 0; i < gathered.views.size(); ++i) {
         const CornerView& view = gathered.views[i];
-        const bool check = every > 0 && usable >= kLeastForCheck && !view.corners.empty() &&
-                           next++ % step == step / 2;
+        const bool check = !view.corners.empty() && is_held_out(next++, usable, every);
         (check ? parts.check : parts.solve).push_back(view);
         std::uint32_t& crc = check ? parts.check_crc : parts.solve_crc;
         crc = crc32c(
@@ -136,6 +132,7 @@ class CalibrateScannerVerb final : public Verb {
     }
 
     void from_recordings(const Context& context, const Board& board,
+                                    .check_every = check_,
                          GatheredViews& gathered) const {
         Progress progress(context, "finding the board", sources_.size(), "recordings");
         for (std::size_t i = 0; i < sources_.size(); ++i) {

@@ -146,6 +146,23 @@ TEST_P(CoachOf, ABoardWithoutMarkersStaysWhollyInThePicture) {
     }
 }
 
+TEST_P(CoachOf, DoesNotCountAViewThatItIsOnlyAskedAbout) {
+    const Board board = parse_board(kBoard);
+    const ScannerModel drawn = drawn_scanner(GetParam());
+    std::mt19937 rng(9);
+    SyntheticOptions options = quick_views(GetParam());
+    options.views = 1;
+    CornerView view = synthetic_views(built_scanner(drawn, rng), board, options, rng).front();
+    Coach coach(board, drawn, coach_options(GetParam()));
+    const double before = coach.sigma_mm();
+    EXPECT_TRUE(coach.can_use(view));
+    EXPECT_EQ(coach.sigma_mm(), before);
+    EXPECT_TRUE(coach.take(view));
+    EXPECT_LT(coach.sigma_mm(), before);
+    view.corners.clear();
+    EXPECT_FALSE(coach.can_use(view));
+}
+
 TEST_P(CoachOf, NeverAsksAgainForWhatFailed) {
     const Board board = parse_board(kBoard);
     const ScannerModel drawn = drawn_scanner(GetParam());

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
+#include "calib/lens_choice.h"
+
 namespace stria {
 namespace {
 
@@ -63,10 +65,7 @@ void choose_start(CameraProblem& problem, const Board& board, int width, int hei
                   const CameraCalibrationOptions& options) {
     std::vector<CameraModel> candidates;
     if (options.start) {
-        candidates.push_back(*options.start);
-        candidates.back().kind = options.lens;
-        for (int i = distortion_count(options.lens); i < 8; ++i)
-            candidates.back().distortion[static_cast<std::size_t>(i)] = 0;
+        candidates.push_back(with_lens(*options.start, options.lens));
     }
     const double zhang = zhang_focal_px(problem, board, width, height);
     if (zhang > 0.1 * width && zhang < 100.0 * width)

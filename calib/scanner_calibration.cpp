@@ -118,12 +118,8 @@ class Calibrator {
 };
 
 void Calibrator::solve_camera() {
-    std::vector<CameraView> pictures;
-    for (const CornerView& view : views_)
-        for (const BoardCorners& seen : view.corners)
-            pictures.push_back({seen.name, seen.ids, seen.pixels, {}});
     const CameraModel& drawn = nominal_.channels[0].camera;
-    camera_ = calibrate_camera(pictures, board_, drawn.width, drawn.height,
+    camera_ = calibrate_camera(pictures_of(views_), board_, drawn.width, drawn.height,
                                {.lens = drawn.kind, .shared_errors = false, .start = drawn});
 }
 
@@ -468,6 +464,14 @@ CornerView find_corners(const CalibrationView& view, const Board& board) {
             found.refusals.push_back(name + ": " + detection.refusal);
     }
     return found;
+}
+
+std::vector<CameraView> pictures_of(const std::vector<CornerView>& views) {
+    std::vector<CameraView> pictures;
+    for (const CornerView& view : views)
+        for (const BoardCorners& seen : view.corners)
+            pictures.push_back({seen.name, seen.ids, seen.pixels, {}});
+    return pictures;
 }
 
 ScannerCalibration calibrate_scanner(const std::vector<CornerView>& views, const Board& board,

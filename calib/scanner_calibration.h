@@ -11,6 +11,8 @@
 
 namespace stria {
 
+struct CameraView;
+
 /// The board without laser, and where the axis was.
 struct BoardImage {
     GreyImage image;
@@ -47,6 +49,9 @@ struct CornerView {
 /// Finds the board in every picture of a view. Of the pulses an even lattice of cells is kept, so
 /// that many views fit in memory: make CornerViews one by one where recordings are large.
 CornerView find_corners(const CalibrationView& view, const Board& board);
+
+/// Every picture of the views as the camera's own calibration takes it (camera_calibration.h).
+std::vector<CameraView> pictures_of(const std::vector<CornerView>& views);
 
 struct ScannerCalibrationOptions {
     /// Of each laser. With 600, 1 of 20 simulated calibrations had a point off by over 1e-4 of the

@@ -22,7 +22,8 @@ minutes_of_numbers+='|MeetsThePointErrorAndItsOwnPrediction|PeaksOfEveryMethodLi
 minutes_of_numbers+='|^PlaceScans\.IsTheSameForAnyThreadCount|^FuseBunny'
 minutes_of_numbers+='|^CrossValidation\.AModelError|GuidedViewsTeachMore|^TwoSolutions|^Convergence\.'
 minutes_of_numbers+='|^CornerNoise\.Of|WhatIsFoundDoesNotDependOnWhatWas'
-minutes_of_numbers+='|OnARailHasTheSigmaThatWasAdvised'
+minutes_of_numbers+='|OnARailHasTheSigmaThatWasAdvised|^LensChoice\.Takes|^ClockDelay\.OfPeaks'
+minutes_of_numbers+='|ClockOf\.FindsHowFarTheAxisLagsItsLog/(rail|turntable)'
 
 sources() { find firmware host calib sim tests -name '*.h' -o -name '*.cpp'; }
 

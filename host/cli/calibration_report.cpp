@@ -3,6 +3,8 @@
 #include <sstream>
 #include <vector>
 
+#include "host/cli/lens_report.h"
+
 namespace stria {
 namespace {
 
@@ -149,6 +151,7 @@ void report_calibration(const Context& context, const CalibrationOutcome& outcom
         .set("views", views)
         .set("written", outcome.written)
         .set("certificate", json_certificate(outcome));
+    if (outcome.lens) result.set("lens_trials", json_of(*outcome.lens));
     if (!outcome.replaced.empty() && outcome.movement.comparable)
         result.set("moved", JsonResult()
                                 .set("rms_mm", outcome.movement.rms_mm)

@@ -1,7 +1,9 @@
 #pragma once
+#include <optional>
 #include <string>
 
 #include "calib/certify.h"
+#include "calib/lens_choice.h"
 #include "host/cli/command.h"
 
 namespace stria {
@@ -11,6 +13,7 @@ struct CalibrationOutcome {
     ScannerCalibration found;
     CrossValidation halves;
     HeldOutCheck check;
+    std::optional<LensChoice> lens;  ///< where the lens model was chosen
     Certificate certificate;
     std::string replaced;  ///< path of the calibration that stood there before; empty: none
     Movement movement;     ///< against that one

@@ -1,9 +1,11 @@
 #include <charconv>
+#include <optional>
 #include <sstream>
 
 #include "calib/camera_calibration.h"
 #include "calib/corner_table.h"
 #include "calib/detect_board.h"
+#include "host/cli/lens_report.h"
 #include "host/cli/progress.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
@@ -34,8 +36,9 @@ class CalibrateCameraVerb final : public Verb {
         arguments.positional("IMAGES", images_, "pictures of the board, PNG, JPEG or TIFF", false);
         arguments.option("--board", board_, "such as chessboard:9x6:25", true);
         arguments.option("--out", out_, "camera.toml to write", true);
-        arguments.choice("--model", model_, {"pinhole", "brown5", "rational8"},
-                         "lens model; brown5 unless given, rational8 for very wide lenses");
+        arguments.choice("--model", model_, {"auto", "pinhole", "brown5", "rational8"},
+                         "lens model; brown5 unless given, rational8 for very wide lenses; auto: "
+                         "the simplest that foretells views held out as well as any");
         arguments.option("--corners", corners_,
                          "instead of images: table \"view row col x y weight\"");
         arguments.option("--image-size", size_, "with --corners: WIDTHxHEIGHT, px");
@@ -51,12 +54,18 @@ class CalibrateCameraVerb final : public Verb {
             throw Error("--corners and --image-size go together");
         Views views = corners_.empty() ? from_images(context, board) : from_table(board);
         CameraCalibrationOptions options;
-        options.lens = lens_kind_from(model_).value_or(LensKind::brown5);
+        std::optional<LensChoice> choice;
+        if (model_ == "auto") {
+            context.say("choosing the lens model by views held out");
+            choice = choose_lens(views.views, board, views.width, views.height);
+        }
+        options.lens = choice ? choice->lens : *lens_kind_from(model_);
         options.board_warp = warp_;
         const CameraCalibration found =
             calibrate_camera(views.views, board, views.width, views.height, options);
         write_camera(out_, found.camera);
-        report(context, found, std::move(views.refused), views.refused_lines);
+        if (choice) say_choice(context, *choice);
+        report(context, found, choice, std::move(views.refused), views.refused_lines);
         return 0;
     }
 
@@ -112,7 +121,8 @@ class CalibrateCameraVerb final : public Verb {
     }
 
     void report(const Context& context, const CameraCalibration& found,
-                std::vector<JsonResult> rejected, const std::vector<std::string>& refused) const {
+                const std::optional<LensChoice>& choice, std::vector<JsonResult> rejected,
+                const std::vector<std::string>& refused) const {
         std::vector<JsonResult> corners_rejected;
         std::vector<std::string> lines = refused;
         for (const CameraViewResult& view : found.views) {
@@ -173,6 +183,7 @@ class CalibrateCameraVerb final : public Verb {
                                      .set("sigma_px", noise.sigma_px)
                                      .set("shared", noise.shared)
                                      .set("reach_pitches", noise.reach_pitches));
+        if (choice) result.set("lens_trials", json_of(*choice));
         if (warp_)
             result.set("board_warp_mm",
                        std::vector<double>{found.board_warp_mm.x(), found.board_warp_mm.y()});

@@ -6,6 +6,7 @@
 #include "firmware/protocol/crc32c.h"
 #include "host/cli/board_capture.h"
 #include "host/cli/calibration_report.h"
+#include "host/cli/lens_report.h"
 #include "host/cli/progress.h"
 #include "host/cli/today.h"
 #include "host/cli/verbs.h"
@@ -74,6 +75,10 @@ class CalibrateScannerVerb final : public Verb {
         arguments.option("--check", check_,
                          "every N-th view is held out to check the result (5; 0: none), where "
                          "there are 10 or more");
+        arguments.choice(
+            "--lens", lens_, {"nominal", "auto", "pinhole", "brown5", "rational8"},
+            "lens model; the nominal's unless given; auto: the simplest that foretells "
+            "pictures held out as well as any");
         arguments.option("--temperature", temperature_c_,
                          "of the scanner now, degrees Celsius, for the certificate");
         arguments.option("--valid-days", valid_days_, "until the certificate expires (90)");
@@ -91,9 +96,13 @@ class CalibrateScannerVerb final : public Verb {
         gather(context, board, gathered);
         refuse(find_degeneracies(gathered.views, board, gathered.nominal));
         const Divided parts = divided(gathered, check_);
+        if (lens_ == "auto") context.say("choosing the lens model by pictures held out");
+        const auto choice = set_lens(parts.solve, board, gathered.nominal);
+        if (choice) say_choice(context, *choice);
         context.say("solving " + std::to_string(parts.solve.size()) + " views");
         CalibrationOutcome outcome = solve(parts, board, gathered);
         write(outcome);
+        outcome.lens = choice;
         report_calibration(context, outcome);
         return outcome.certificate.status == CertificateStatus::failed ? 1 : 0;
     }
@@ -123,6 +132,7 @@ class CalibrateScannerVerb final : public Verb {
         BoardCaptureOptions capture{.device = sources_.front(),
                                     .plan = read_plan(plan_),
                                     .views = views_,
+                                    .check_every = check_,
                                     .guided = guided_,
                                     .picture_path = out_ + ".guide.svg"};
         if (capture.plan.off_frames < 1)
@@ -131,8 +141,21 @@ class CalibrateScannerVerb final : public Verb {
         capture_views(context, board, capture, gathered);
     }
 
+    /// Gives the nominal the lens model that --lens asks for, or the one the views speak for.
+    std::optional<LensChoice> set_lens(const std::vector<CornerView>& views, const Board& board,
+                                       ScannerModel& nominal) const {
+        if (lens_ == "nominal") return {};
+        const CameraModel& drawn = nominal.channels.front().camera;
+        std::optional<LensChoice> choice;
+        if (lens_ == "auto")
+            choice = choose_lens(pictures_of(views), board, drawn.width, drawn.height);
+        for (Channel& channel : nominal.channels)
+            channel.camera =
+                with_lens(channel.camera, choice ? choice->lens : *lens_kind_from(lens_));
+        return choice;
+    }
+
     void from_recordings(const Context& context, const Board& board,
-                                    .check_every = check_,
                          GatheredViews& gathered) const {
         Progress progress(context, "finding the board", sources_.size(), "recordings");
         for (std::size_t i = 0; i < sources_.size(); ++i) {
@@ -189,7 +212,7 @@ class CalibrateScannerVerb final : public Verb {
 
     static constexpr double kNoTemperature = -1e9;
     std::vector<std::string> sources_;
-    std::string board_, out_, nominal_, plan_;
+    std::string board_, out_, nominal_, plan_, lens_ = "nominal";
     int views_ = 15, check_ = 5, valid_days_ = 90;
     double temperature_c_ = kNoTemperature;
     bool guided_ = false;

@@ -10,6 +10,19 @@
 /// tests.
 namespace stria {
 
+/// A lens of 65 deg across with the distortion that is usual for it.
+inline CameraModel webcam() {
+    CameraModel camera;
+    camera.kind = LensKind::brown5;
+    camera.width = 1280;
+    camera.height = 960;
+    camera.fx = camera.fy = 1000;
+    camera.cx = 645;
+    camera.cy = 473;
+    camera.distortion = {-0.12, 0.07, 5e-4, -3e-4, -0.01};
+    return camera;
+}
+
 /// Board turned by up to max_tilt_rad to a random side and by any angle in its plane, its middle at
 /// `centre` (camera frame, mm).
 inline Rigid3 random_board_pose(std::mt19937& rng, const Board& board,

@@ -5,11 +5,11 @@
 #include <stdexcept>
 
 #include "calib/axis_start.h"
+#include "calib/calibration_summary.h"
 #include "calib/calibration_warnings.h"
 #include "calib/camera_calibration.h"
 #include "calib/detect_board.h"
 #include "calib/mirror_tilt.h"
-#include "calib/predicted_sigma.h"
 #include "calib/scanner_problem.h"
 #include "calib/stripe_points.h"
 #include "firmware/core/median.h"
@@ -85,7 +85,7 @@ class Calibrator {
         take_stripes();
         solve_sheet();
         solve_jointly();
-        summarise();
+        summarise(problem_, source_, nominal_, result_);
         return std::move(result_);
     }
 
@@ -97,15 +97,9 @@ class Calibrator {
                                         const BoardColours& colours) const;
     void solve_sheet();
     void solve_jointly();
-    void summarise();
 
-    std::vector<double> stripe_residuals() const;  ///< in sigmas, used ones
-    std::vector<double> corner_residuals() const;  ///< px, both coordinates, used ones
     void estimate_sigmas(bool robust);
     void reject_outliers();
-    void summarise_views();
-    std::vector<VolumeSample> volume_samples() const;
-    CalibrationCoverage coverage() const;
 
     const std::vector<CornerView>& views_;
     const Board& board_;
@@ -220,27 +214,6 @@ void Calibrator::take_stripes() {
     }
 }
 
-std::vector<double> Calibrator::stripe_residuals() const {
-    std::vector<double> residuals;
-    for (const auto& view : problem_.views)
-        for (const auto& stripe : view.stripes)
-            if (stripe.use)
-                residuals.push_back(problem_.residual_mm(view, stripe) / stripe.sigma_mm);
-    return residuals;
-}
-
-std::vector<double> Calibrator::corner_residuals() const {
-    std::vector<double> residuals;
-    for (const auto& view : problem_.views)
-        for (const auto& corner : view.corners)
-            if (corner.use) {
-                const Eigen::Vector2d r = problem_.residual(view, corner);
-                residuals.push_back(r.x());
-                residuals.push_back(r.y());
-            }
-    return residuals;
-}
-
 void Calibrator::solve_sheet() {
     // The sheet may start 20 mm off: Huber's border follows the residuals down, so that the bulk of
     // the points pulls and strays do not.
@@ -258,14 +231,14 @@ void Calibrator::solve_sheet() {
         if (round > 2) stage.sheet_free = all.sheet_free;
         stage.mirror_bounded = round < 3;
         problem_.weigh_stripes();
-        std::vector<double> sizes = stripe_residuals();
+        std::vector<double> sizes = problem_.stripe_residuals();
         for (double& r : sizes) r = std::abs(r);
         stage.huber_sigmas = std::max(2.0, 2 * median(sizes));
         if (round == 5) stage.max_iterations = 200;
         problem_.solve(stage);
     }
     problem_.weigh_stripes();
-    std::vector<double> sizes = stripe_residuals();
+    std::vector<double> sizes = problem_.stripe_residuals();
     for (double& r : sizes) r = std::abs(r);
     const double limit = std::max(30.0, 15 * median(sizes));
     for (auto& view : problem_.views)
@@ -288,8 +261,8 @@ void Calibrator::estimate_sigmas(bool robust) {
         const auto rows = static_cast<double>(residuals.size());
         return std::max(1e-6, spread(residuals) * std::sqrt(rows / std::max(1.0, rows - unknowns)));
     };
-    problem_.corner_sigma_px = sigma(corner_residuals(), problem_.corner_unknowns());
-    problem_.stripe_sigma_factor = sigma(stripe_residuals(), problem_.stripe_unknowns());
+    problem_.corner_sigma_px = sigma(problem_.corner_residuals(), problem_.corner_unknowns());
+    problem_.stripe_sigma_factor = sigma(problem_.stripe_residuals(), problem_.stripe_unknowns());
 }
 
 void Calibrator::reject_outliers() {
@@ -337,113 +310,6 @@ void Calibrator::solve_jointly() {
     if (far.empty()) return;
     result_.converged = false;
     result_.warnings.push_back(far);
-}
-
-void Calibrator::summarise_views() {
-    double all = 0;
-    int corners = 0;
-    for (std::size_t i = 0; i < source_.size(); ++i) {
-        const auto& view = problem_.views[i];
-        ScannerViewResult& out = result_.views[source_[i]];
-        out.camera_from_board = rigid_from_block(view.pose.data());
-        double sum = 0, stripe_sum = 0;
-        for (const auto& corner : view.corners) {
-            if (!corner.use) {
-                ++out.corners_rejected;
-                continue;
-            }
-            sum += problem_.residual(view, corner).squaredNorm();
-            ++out.corners_used;
-        }
-        for (const auto& stripe : view.stripes) {
-            if (!stripe.use) {
-                ++out.stripe_points_rejected;
-                continue;
-            }
-            const double r = problem_.residual_mm(view, stripe) / stripe.sigma_mm;
-            stripe_sum += r * r;
-            ++out.stripe_points_used;
-        }
-        out.rms_px = out.corners_used > 0 ? std::sqrt(sum / out.corners_used) : 0;
-        out.stripe_rms =
-            out.stripe_points_used > 0 ? std::sqrt(stripe_sum / out.stripe_points_used) : 0;
-        all += sum;
-        corners += out.corners_used;
-        ++result_.views_used;
-    }
-    result_.rms_px = corners > 0 ? std::sqrt(all / corners) : 0;
-}
-
-std::vector<VolumeSample> Calibrator::volume_samples() const {
-    std::vector<VolumeSample> samples;
-    for (const auto& view : problem_.views)
-        for (const auto& stripe : view.stripes)
-            if (stripe.use)
-                samples.push_back({stripe.point.pixel,
-                                   axis_position(stripe.point, problem_.channels().front().axis),
-                                   stripe.channel});
-    return samples;
-}
-
-CalibrationCoverage Calibrator::coverage() const {
-    CalibrationCoverage seen;
-    for (std::size_t i = 0; i < source_.size(); ++i) {
-        const auto& view = problem_.views[i];
-        const Rigid3 pose = rigid_from_block(view.pose.data());
-        seen.board_normals.push_back(pose.rotation.col(2));
-        for (const auto& corner : view.corners) {
-            seen.corner_pixels.push_back(corner.pixel);
-            seen.picture_s.push_back(corner.s);
-        }
-        for (const auto& stripe : view.stripes) {
-            const Channel& channel = problem_.channels()[stripe.channel];
-            const Rigid3 at_s =
-                board_motion(channel, axis_position(stripe.point, channel.axis)) * pose;
-            const Eigen::Vector3d ray = ray_through(channel.camera, stripe.point.pixel);
-            const Eigen::Vector3d normal = at_s.rotation.col(2);
-            seen.stripe_in_camera.push_back(ray * (normal.dot(at_s.translation) / normal.dot(ray)));
-        }
-    }
-    return seen;
-}
-
-void Calibrator::summarise() {
-    summarise_views();
-    result_.model = nominal_;
-    result_.model.channels = problem_.channels();
-    result_.model.covariance = problem_.covariance();
-    result_.model.provenance.rms_px = result_.rms_px;
-    result_.corner_sigma_px = problem_.corner_sigma_px;
-    result_.stripe_sigma_factor = problem_.stripe_sigma_factor;
-
-    double chi_square = 0, rows = 0;
-    for (double r : corner_residuals()) {
-        chi_square += r * r / (problem_.corner_sigma_px * problem_.corner_sigma_px);
-        ++rows;
-    }
-    for (double r : stripe_residuals()) {
-        chi_square += r * r / (problem_.stripe_sigma_factor * problem_.stripe_sigma_factor);
-        ++rows;
-    }
-    result_.chi_square_per_dof =
-        chi_square / std::max(1.0, rows - problem_.corner_unknowns() - problem_.stripe_unknowns());
-
-    std::vector<VolumeSample> samples = volume_samples();
-    ValidVolume& volume = result_.model.volume;
-    bool first = true;
-    for (const VolumeSample& sample : samples)
-        if (const auto spot =
-                triangulate(problem_.channels()[sample.channel], sample.pixel, sample.s)) {
-            volume.min = first ? spot->point_in_scan : volume.min.cwiseMin(spot->point_in_scan);
-            volume.max = first ? spot->point_in_scan : volume.max.cwiseMax(spot->point_in_scan);
-            first = false;
-        }
-    std::vector<VolumeSample> few;
-    for (std::size_t i = 0; i < 400 && !samples.empty(); ++i)
-        few.push_back(samples[i * samples.size() / 400]);
-    result_.predicted = predict_sigma(result_.model, few);
-    const auto warnings = calibration_warnings(result_, coverage());
-    result_.warnings.insert(result_.warnings.end(), warnings.begin(), warnings.end());
 }
 
 }  // namespace

@@ -305,6 +305,26 @@ double ScannerProblem::residual_mm(const View& view, const Stripe& stripe) const
                              axis_position(stripe.point, channel.axis));
 }
 
+std::vector<double> ScannerProblem::stripe_residuals() const {
+    std::vector<double> residuals;
+    for (const auto& view : views)
+        for (const auto& stripe : view.stripes)
+            if (stripe.use) residuals.push_back(residual_mm(view, stripe) / stripe.sigma_mm);
+    return residuals;
+}
+
+std::vector<double> ScannerProblem::corner_residuals() const {
+    std::vector<double> residuals;
+    for (const auto& view : views)
+        for (const auto& corner : view.corners)
+            if (corner.use) {
+                const Eigen::Vector2d r = residual(view, corner);
+                residuals.push_back(r.x());
+                residuals.push_back(r.y());
+            }
+    return residuals;
+}
+
 /// Derivative of the parameters that parameter_names() lists by the free ones of a stage (camera,
 /// then each sheet, then axis). Equal but for two things: channels repeat what they share, and a
 /// swept machine's sheets follow the mirror's turn, see following_sheet().

@@ -77,6 +77,9 @@ class ScannerProblem {
     /// 2-D residual (px) of a corner; distance (mm) of a stripe point from its sheet.
     Eigen::Vector2d residual(const View& view, const Corner& corner) const;
     double residual_mm(const View& view, const Stripe& stripe) const;
+    /// Of those in use: both coordinates (px) of the corners; the stripe points' in sigmas.
+    std::vector<double> corner_residuals() const;
+    std::vector<double> stripe_residuals() const;
 
     /// Covariance over parameter_names() of a model with these channels, priors included; held
     /// parameters have zero rows, shared ones equal rows.

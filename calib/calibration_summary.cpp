@@ -5,10 +5,13 @@
 
 #include "calib/calibration_warnings.h"
 #include "calib/predicted_sigma.h"
+#include "calib/projected_view.h"
 #include "calib/stripe_points.h"
 
 namespace stria {
 namespace {
+
+constexpr std::size_t kStripesForPose = 200;  ///< a view, where its board's pose is projected out
 
 void summarise_views(const ScannerProblem& problem, const std::vector<std::size_t>& source,
                      ScannerCalibration& result) {
@@ -78,17 +81,57 @@ CalibrationCoverage coverage_of(const ScannerProblem& problem) {
     return seen;
 }
 
+/// A view as linear_view takes it; few stripe points of the first channel stand for all.
+ViewData view_data(const ScannerProblem& problem, const ScannerProblem::View& view,
+                   const std::vector<Eigen::Vector3d>& points) {
+    ViewData data;
+    data.camera_from_board = rigid_from_block(view.pose.data());
+    for (const auto& corner : view.corners)
+        if (corner.use)
+            data.corners.push_back({points[static_cast<std::size_t>(corner.id)], corner.pixel,
+                                    corner.s, problem.corner_sigma_px});
+    std::vector<ViewData::Stripe> stripes;
+    for (const auto& stripe : view.stripes)
+        if (stripe.use && stripe.channel == 0)
+            stripes.push_back({stripe.point.pixel,
+                               axis_position(stripe.point, problem.channels().front().axis),
+                               stripe.sigma_mm * problem.stripe_sigma_factor});
+    const std::size_t every = 1 + stripes.size() / kStripesForPose;
+    for (std::size_t i = every / 2; i < stripes.size(); i += every) {
+        data.stripes.push_back(stripes[i]);
+        data.stripes.back().sigma_mm /= std::sqrt(static_cast<double>(every));
+    }
+    return data;
+}
+
+/// Adds to the covariance of a solve that took corners as independent what their shared errors do.
+void widen(ScannerModel& model, const ScannerProblem& problem, const Board& board,
+           const CornerNoise& noise) {
+    const Eigen::MatrixXd modes = covariance_modes(model.covariance);
+    const auto points = board_points(board);
+    Eigen::MatrixXd excess = Eigen::MatrixXd::Zero(modes.cols(), modes.cols());
+    for (const auto& view : problem.views) {
+        const auto projected = projected_view(model, modes, view_data(problem, view, points));
+        excess += projected.scatter(noise, board.pitch_mm) - projected.information();
+    }
+    model.covariance += modes * excess * modes.transpose();
+}
+
 }  // namespace
 
 void summarise(ScannerProblem& problem, const std::vector<std::size_t>& source,
-               const ScannerModel& nominal, ScannerCalibration& result) {
+               const ScannerModel& nominal, const Board& board, const CornerNoise& noise,
+               ScannerCalibration& result) {
     summarise_views(problem, source, result);
     result.model = nominal;
     result.model.channels = problem.channels();
     result.model.covariance = problem.covariance();
     result.model.provenance.rms_px = result.rms_px;
     result.corner_sigma_px = problem.corner_sigma_px;
+    result.corner_noise =
+        noise.refutes_independence() ? noise : CornerNoise{result.corner_sigma_px};
     result.stripe_sigma_factor = problem.stripe_sigma_factor;
+    if (result.corner_noise.shared > 0) widen(result.model, problem, board, result.corner_noise);
 
     double chi_square = 0, rows = 0;
     for (double r : problem.corner_residuals()) {

@@ -14,21 +14,6 @@ constexpr double kShares[] = {0, 0.1, 0.3, 0.6, 0.9, 0.999};
 constexpr int kSections = 5;  ///< golden ones: 6 % of the interval is left
 constexpr double kReaches[] = {0.7, 1.4, 2.8, 5.6, 11.2};  ///< pitches
 
-Eigen::MatrixXd correlation(const std::vector<Eigen::Vector2d>& on_board, double shared,
-                            double reach) {
-    const auto count = static_cast<Eigen::Index>(on_board.size());
-    Eigen::MatrixXd result(count, count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-        result(i, i) = 1;
-        for (Eigen::Index j = 0; j < i; ++j) {
-            const auto& a = on_board[static_cast<std::size_t>(i)];
-            const auto& b = on_board[static_cast<std::size_t>(j)];
-            result(i, j) = result(j, i) = shared * std::exp(-(a - b).norm() / reach);
-        }
-    }
-    return result;
-}
-
 /// Inverse and log of the determinant of an information matrix, its weakest directions capped.
 struct Inverted {
     Eigen::MatrixXd inverse;
@@ -61,13 +46,14 @@ struct Likelihood {
 };
 
 Likelihood likelihood(const std::vector<CornerRows>& views, double shared, double reach) {
+    const CornerNoise noise{1, shared, reach};
     const Eigen::Index parameters = views.front().by_shared.cols();
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(parameters, parameters);
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(parameters);
     double squares = 0, log_determinant = 0;
     Eigen::Index degrees = -parameters;
     for (const CornerRows& view : views) {
-        const Eigen::LLT<Eigen::MatrixXd> factor(correlation(view.on_board, shared, reach));
+        const Eigen::LLT<Eigen::MatrixXd> factor(corner_correlation(view.on_board, noise));
         const Eigen::MatrixXd by_shared = whitened(factor, view.by_shared);
         const Eigen::MatrixXd by_pose = whitened(factor, view.by_pose);
         const Eigen::VectorXd residual = whitened(factor, view.residual);
@@ -117,6 +103,22 @@ double least_between(double low, double high, const Function& function) {
 
 }  // namespace
 
+Eigen::MatrixXd corner_correlation(const std::vector<Eigen::Vector2d>& on_board,
+                                   const CornerNoise& noise) {
+    const auto count = static_cast<Eigen::Index>(on_board.size());
+    Eigen::MatrixXd result(count, count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+        result(i, i) = 1;
+        for (Eigen::Index j = 0; j < i; ++j) {
+            const auto& a = on_board[static_cast<std::size_t>(i)];
+            const auto& b = on_board[static_cast<std::size_t>(j)];
+            result(i, j) = result(j, i) =
+                noise.shared * std::exp(-(a - b).norm() / noise.reach_pitches);
+        }
+    }
+    return result;
+}
+
 CornerNoise estimate_corner_noise(const std::vector<CornerRows>& views) {
     if (views.empty()) return {};
     const Likelihood white = likelihood(views, 0, 1);
@@ -159,7 +161,7 @@ Eigen::MatrixXd shared_covariance(const std::vector<CornerRows>& views, const Co
             inverted(view.by_pose.transpose() * view.by_pose).inverse * view.by_pose.transpose();
         const Eigen::MatrixXd clear = view.by_shared - view.by_pose * (pose * view.by_shared);
         information += clear.transpose() * clear;
-        const Eigen::MatrixXd c = correlation(view.on_board, noise.shared, noise.reach_pitches);
+        const Eigen::MatrixXd c = corner_correlation(view.on_board, noise);
         const Eigen::Index half = c.rows();
         scatter += clear.topRows(half).transpose() * c * clear.topRows(half) +
                    clear.bottomRows(half).transpose() * c * clear.bottomRows(half);

@@ -29,6 +29,10 @@ struct CornerNoise {
 /// Thompson 1971). All 0 where there are no more rows than parameters.
 CornerNoise estimate_corner_noise(const std::vector<CornerRows>& views);
 
+/// Correlation matrix of corners at these places on the board (pitches) that err like that.
+Eigen::MatrixXd corner_correlation(const std::vector<Eigen::Vector2d>& on_board,
+                                   const CornerNoise& noise);
+
 /// Covariance of the shared parameters of a plain least-squares fit, poses free, of corners that
 /// err like that: H^-1 (sum J' C J) H^-1 with J clear of the pose (the sandwich; White 1980, for
 /// correlated places Conley 1999). Directions weaker than 1e-14 of the unit-diagonal information

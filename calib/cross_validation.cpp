@@ -27,6 +27,14 @@ Eigen::MatrixXd total(const std::vector<const ProjectedView*>& views) {
     return sum;
 }
 
+Eigen::MatrixXd scatter(const std::vector<const ProjectedView*>& views, const CornerNoise& noise,
+                        double pitch_mm) {
+    Eigen::MatrixXd sum =
+        Eigen::MatrixXd::Zero(views.front()->by_mode.cols(), views.front()->by_mode.cols());
+    for (const ProjectedView* view : views) sum += view->scatter(noise, pitch_mm);
+    return sum;
+}
+
 Eigen::VectorXd gradient(const std::vector<const ProjectedView*>& views) {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(views.front()->by_mode.cols());
     for (const ProjectedView* view : views) sum += view->gradient();
@@ -36,7 +44,7 @@ Eigen::VectorXd gradient(const std::vector<const ProjectedView*>& views) {
 /// Halves by a number of each view: the lower and the upper ones.
 template <typename Key>
 SplitCheck split(const std::string& how, const std::vector<ProjectedView>& views, const Key& key,
-                 const Eigen::MatrixXd& moves) {
+                 const Eigen::MatrixXd& moves, const CornerNoise& noise, double pitch_mm) {
     std::vector<std::size_t> order(views.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(),
@@ -51,8 +59,8 @@ SplitCheck split(const std::string& how, const std::vector<ProjectedView>& views
     if (a.size() < kLeastViewsOfAHalf) return check;
     check.done = true;
 
-    // In the basis where the sum of both informations is 1 and a's is diagonal (lambda): a's step
-    // -g_a / lambda and b's -g_b / (1 - lambda) have the variances 1 / lambda and 1 / (1 - lambda).
+    // In the basis where the sum of both informations is 1 and a's is diagonal (lambda), a steps by
+    // -g_a / lambda and b by -g_b / (1 - lambda); the gradients have their scatters as covariance.
     const Eigen::MatrixXd ha = total(a), hb = total(b);
     const Eigen::MatrixXd both = ha + hb + kFloor * Eigen::MatrixXd::Identity(ha.rows(), ha.cols());
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(ha, both);
@@ -60,21 +68,27 @@ SplitCheck split(const std::string& how, const std::vector<ProjectedView>& views
     const Eigen::VectorXd gb = eigen.eigenvectors().transpose() * gradient(b);
     const Eigen::VectorXd hb_own =
         (eigen.eigenvectors().transpose() * hb * eigen.eigenvectors()).diagonal();
-    Eigen::VectorXd differs = Eigen::VectorXd::Zero(ga.size()), variance = differs;
-    for (Eigen::Index k = 0; k < ga.size(); ++k) {
-        const double la = eigen.eigenvalues()[k], lb = hb_own[k];
-        if (std::min(la, lb) < kSeenByBoth) continue;
-        differs[k] = gb[k] / lb - ga[k] / la;
-        variance[k] = 1 / la + 1 / lb;
-        check.chi_square += differs[k] * differs[k] / variance[k];
-        ++check.degrees;
-    }
+    std::vector<Eigen::Index> seen;
+    for (Eigen::Index k = 0; k < ga.size(); ++k)
+        if (std::min(eigen.eigenvalues()[k], hb_own[k]) >= kSeenByBoth) seen.push_back(k);
+    check.degrees = static_cast<int>(seen.size());
+    if (seen.empty()) return check;
+    const Eigen::MatrixXd basis = eigen.eigenvectors()(Eigen::all, seen);
+    const Eigen::VectorXd step_a = eigen.eigenvalues()(seen).cwiseInverse();
+    const Eigen::VectorXd step_b = hb_own(seen).cwiseInverse();
+    const auto stepped = [&](const std::vector<const ProjectedView*>& half,
+                             const Eigen::VectorXd& step) -> Eigen::MatrixXd {
+        return step.asDiagonal() * (basis.transpose() * scatter(half, noise, pitch_mm) * basis) *
+               step.asDiagonal();
+    };
+    const Eigen::VectorXd differs = gb(seen).cwiseProduct(step_b) - ga(seen).cwiseProduct(step_a);
+    const Eigen::MatrixXd covariance = stepped(a, step_a) + stepped(b, step_b);
+    check.chi_square = differs.dot(covariance.ldlt().solve(differs));
     check.p_value = chi_square_tail(check.chi_square, check.degrees);
-    const Eigen::MatrixXd by_basis = moves * eigen.eigenvectors();
+    const Eigen::MatrixXd by_basis = moves * basis;
     const double points = static_cast<double>(moves.rows()) / 3;
     check.difference_mm = std::sqrt((by_basis * differs).squaredNorm() / points);
-    check.expected_mm =
-        std::sqrt((by_basis * variance.cwiseSqrt().asDiagonal()).squaredNorm() / points);
+    check.expected_mm = std::sqrt((by_basis * covariance).cwiseProduct(by_basis).sum() / points);
     return check;
 }
 
@@ -256,15 +270,15 @@ CrossValidation cross_validate(const std::vector<CornerView>& views, const Board
         return Eigen::Vector3d(board_motion(channel, view.data.corners.front().s) *
                                (view.data.camera_from_board * middle));
     };
-    result.splits.push_back(split(
-        "near and far", projected, [&](const ProjectedView& v) { return place(v).z(); }, moves));
-    result.splits.push_back(split(
-        "inner and outer", projected,
-        [&](const ProjectedView& v) {
-            const Eigen::Vector3d p = place(v);
-            return p.head<2>().norm() / p.z();
-        },
-        moves));
+    const auto add_split = [&](const std::string& how, const auto& key) {
+        result.splits.push_back(
+            split(how, projected, key, moves, solved.corner_noise, board.pitch_mm));
+    };
+    add_split("near and far", [&](const ProjectedView& v) { return place(v).z(); });
+    add_split("inner and outer", [&](const ProjectedView& v) {
+        const Eigen::Vector3d p = place(v);
+        return p.head<2>().norm() / p.z();
+    });
 
     std::vector<const ProjectedView*> all;
     for (const ProjectedView& view : projected) all.push_back(&view);

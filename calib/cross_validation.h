@@ -51,8 +51,9 @@ struct CrossValidation {
 /// half) and by its distance from the image's centre (inner, outer): a split at random would give
 /// both halves the same model error. Each half is calibrated in first order about the joint
 /// solution (one Gauss-Newton step with the joint problem's rows, poses free, no priors); the
-/// difference of the halves is compared with H_a^-1 + H_b^-1, their joint covariance, in the
-/// directions that both see: chi-square. Besides, residuals of neighbouring corners, of
+/// difference of the halves is compared with their joint covariance, H^-1 S H^-1 of each (S: how
+/// the gradients scatter, errors that neighbouring corners share included; H where there are none),
+/// in the directions that both see: chi-square. Besides, residuals of neighbouring corners, of
 /// neighbouring stripe points of a view, and of stripe points taken at about the same position of
 /// the axis must be uncorrelated (after the expectation that the fit itself leaves: minus their
 /// entry of the hat matrix). Near a table's axis, neighbours on the board are far apart in angle:

@@ -43,8 +43,9 @@ double plane_over_sheet(const Channel& channel, const ViewData& data,
 }
 
 /// Distances of the stripe points from the board as its corners alone place it.
-void add_distances(const ScannerModel& model, const Eigen::MatrixXd& modes,
+void add_distances(const ScannerCalibration& solved, double pitch_mm, const Eigen::MatrixXd& modes,
                    const ProjectedView& view, Sums& sums) {
+    const ScannerModel& model = solved.model;
     const ViewData& data = view.data;
     ViewRows rows = view_rows(model, modes, data);
     const auto first = 2 * static_cast<Eigen::Index>(data.corners.size());
@@ -57,6 +58,11 @@ void add_distances(const ScannerModel& model, const Eigen::MatrixXd& modes,
     const Eigen::MatrixXd corner_pose = rows.by_pose.topRows(first);
     const Eigen::LDLT<Matrix6d> own(Matrix6d(corner_pose.transpose() * corner_pose));
     const Eigen::VectorXd shift = -own.solve(corner_pose.transpose() * rows.residual.head(first));
+    const Matrix6d own_inverse = own.solve(Matrix6d::Identity());
+    const Matrix6d pose_covariance =
+        own_inverse + own_inverse *
+                          excess_of_shared(data, corner_pose, solved.corner_noise, pitch_mm) *
+                          own_inverse;
     const Eigen::MatrixXd shift_by_mode =
         -own.solve(corner_pose.transpose() * rows.by_mode.topRows(first));
 
@@ -96,25 +102,22 @@ void add_distances(const ScannerModel& model, const Eigen::MatrixXd& modes,
         sums.scatter_freedom += count - 1;
         sums.means += mean * mean - squares / (count - 1) / count;
         const Eigen::Matrix<double, 6, 1> pose = region.by_pose.transpose() / count;
-        sums.expected += (region.by_mode / count).squaredNorm() + pose.dot(own.solve(pose));
+        sums.expected += (region.by_mode / count).squaredNorm() + pose.dot(pose_covariance * pose);
         ++sums.regions;
     }
 }
 
-/// Gradient of the held-out views by the modes: under the model its covariance is H + H H, H their
-/// information, modes being of unit variance.
-double score_p_value(const Eigen::MatrixXd& information, const Eigen::VectorXd& gradient) {
+/// Gradient of the held-out views by the modes: under the model its covariance is S + H H, S their
+/// scatter and H their information, modes being of unit variance.
+double score_p_value(const Eigen::MatrixXd& information, const Eigen::MatrixXd& scatter,
+                     const Eigen::VectorXd& gradient) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(information);
-    const Eigen::VectorXd along = eigen.eigenvectors().transpose() * gradient;
-    double chi_square = 0;
-    int degrees = 0;
-    for (Eigen::Index k = 0; k < along.size(); ++k) {
-        const double h = eigen.eigenvalues()[k];
-        if (h < kLeastSeen) continue;
-        chi_square += along[k] * along[k] / (h + h * h);
-        ++degrees;
-    }
-    return chi_square_tail(chi_square, degrees);
+    const auto seen = (eigen.eigenvalues().array() >= kLeastSeen).count();
+    const Eigen::MatrixXd basis = eigen.eigenvectors().rightCols(seen);
+    const Eigen::VectorXd along = basis.transpose() * gradient;
+    Eigen::MatrixXd covariance = basis.transpose() * scatter * basis;
+    covariance.diagonal() += eigen.eigenvalues().tail(seen).cwiseAbs2();
+    return chi_square_tail(along.dot(covariance.ldlt().solve(along)), static_cast<int>(seen));
 }
 
 double root_mean(double sum, double count) {
@@ -127,6 +130,7 @@ HeldOutCheck check_held_out(const std::vector<CornerView>& views, const Board& b
                             const ScannerCalibration& solved) {
     const Eigen::MatrixXd modes = covariance_modes(solved.model.covariance);
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(modes.cols(), modes.cols());
+    Eigen::MatrixXd scatter = information;
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(modes.cols());
     HeldOutCheck check;
     Sums sums;
@@ -136,9 +140,10 @@ HeldOutCheck check_held_out(const std::vector<CornerView>& views, const Board& b
         if (data.corners.empty() || data.stripes.empty()) continue;
         const ProjectedView projected = projected_view(solved.model, modes, std::move(data));
         information += projected.information();
+        scatter += projected.scatter(solved.corner_noise, board.pitch_mm);
         gradient += projected.gradient();
         add_residuals(projected, sums);
-        add_distances(solved.model, modes, projected, sums);
+        add_distances(solved, board.pitch_mm, modes, projected, sums);
         ++check.views;
     }
     if (check.views == 0) return check;
@@ -147,7 +152,7 @@ HeldOutCheck check_held_out(const std::vector<CornerView>& views, const Board& b
     check.precision_mm = root_mean(sums.scatter, sums.scatter_freedom);
     check.trueness_mm = root_mean(sums.means, sums.regions);
     check.expected_trueness_mm = root_mean(sums.expected, sums.regions);
-    check.p_value = score_p_value(information, gradient);
+    check.p_value = score_p_value(information, scatter, gradient);
     return check;
 }
 

@@ -26,6 +26,32 @@ double stray_limit(const Eigen::VectorXd& residual, Eigen::Index from, Eigen::In
 
 }  // namespace
 
+Eigen::MatrixXd excess_of_shared(const ViewData& data, const Eigen::MatrixXd& rows,
+                                 const CornerNoise& noise, double pitch_mm) {
+    Eigen::MatrixXd excess = Eigen::MatrixXd::Zero(rows.cols(), rows.cols());
+    if (noise.shared == 0) return excess;
+    const auto& corners = data.corners;
+    for (std::size_t first = 0, last = 0; first < corners.size(); first = last) {
+        std::vector<Eigen::Vector2d> on_board;
+        for (last = first; last < corners.size() && corners[last].s == corners[first].s; ++last)
+            on_board.push_back(corners[last].on_board.head<2>() / pitch_mm);
+        const auto count = static_cast<Eigen::Index>(on_board.size());
+        const double variance = std::pow(noise.sigma_px / corners[first].sigma_px, 2);
+        const Eigen::MatrixXd beyond = variance * corner_correlation(on_board, noise) -
+                                       Eigen::MatrixXd::Identity(count, count);
+        for (Eigen::Index c = 0; c < 2; ++c) {
+            const Eigen::MatrixXd own =
+                rows(Eigen::seqN(2 * static_cast<Eigen::Index>(first) + c, count, 2), Eigen::all);
+            excess += own.transpose() * beyond * own;
+        }
+    }
+    return excess;
+}
+
+Eigen::MatrixXd ProjectedView::scatter(const CornerNoise& noise, double pitch_mm) const {
+    return information() + excess_of_shared(data, by_mode, noise, pitch_mm);
+}
+
 ProjectedView projected_view(const ScannerModel& model, const Eigen::MatrixXd& modes,
                              ViewData data) {
     ViewRows rows = view_rows(model, modes, data);

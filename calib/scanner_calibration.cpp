@@ -85,7 +85,7 @@ class Calibrator {
         take_stripes();
         solve_sheet();
         solve_jointly();
-        summarise(problem_, source_, nominal_, result_);
+        summarise(problem_, source_, nominal_, board_, camera_.noise, result_);
         return std::move(result_);
     }
 
@@ -114,7 +114,7 @@ class Calibrator {
 void Calibrator::solve_camera() {
     const CameraModel& drawn = nominal_.channels[0].camera;
     camera_ = calibrate_camera(pictures_of(views_), board_, drawn.width, drawn.height,
-                               {.lens = drawn.kind, .shared_errors = false, .start = drawn});
+                               {.lens = drawn.kind, .start = drawn});
 }
 
 void Calibrator::start_axis_and_views() {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/corner_noise.h"
 #include "firmware/core/pulse.h"
 #include "host/core/board.h"
 #include "host/core/image.h"
@@ -94,6 +95,8 @@ struct ScannerCalibration {
     double rms_px = 0;              ///< sqrt(sum of squared 2-D corner residuals / corners)
     double chi_square_per_dof = 0;  ///< with the sigmas as estimated: near 1
     double corner_sigma_px = 0;     ///< of a coordinate, estimated
+    /// How the corners err, from the camera's own fit; independently (shared 0) unless refuted.
+    CornerNoise corner_noise;
     /// Estimated sigma of the stripe points over what the pulses claim.
     double stripe_sigma_factor = 0;
     PredictedSigma predicted;  ///< from the covariance, rigid motion removed
@@ -109,7 +112,8 @@ struct ScannerCalibration {
 /// Corner residuals in px; stripe residuals are distances of the stripe's point on the board from
 /// the sheet over their sigma: sigma_t x speed across the sheet for spacetime pulses, sigma_u
 /// across it for spatial peaks. Robust passes first, plain least squares at the end; covariance
-/// from the final Jacobian in perturbed()'s parameters, weak priors from the nominal included.
+/// from the final Jacobian in perturbed()'s parameters, weak priors from the nominal included;
+/// where neighbouring corners err alike (corner_noise), with what that adds (the sandwich).
 /// axis.delay is solved where the passes of the views went both ways, else held at the nominal (one
 /// direction cannot tell it from the start angle); the pulses' s are at their stamps, no delay
 /// applied. Held too: a turntable's rz and tz, the free turn about and shift along the axis.

@@ -3,7 +3,7 @@
 #include <sstream>
 #include <vector>
 
-#include "host/cli/lens_report.h"
+#include "host/cli/camera_report.h"
 
 namespace stria {
 namespace {
@@ -76,6 +76,7 @@ JsonResult json_certificate(const CalibrationOutcome& outcome) {
         .set("converged", found.converged)
         .set("chi_square_per_dof", found.chi_square_per_dof)
         .set("corner_sigma_px", found.corner_sigma_px)
+        .set("corner_noise", json_of(found.corner_noise))
         .set("stripe_sigma_factor", found.stripe_sigma_factor)
         .set("weakest", found.predicted.weakest)
         .set("data_hash", certificate.data_hash)
@@ -95,6 +96,9 @@ void say_certificate(const Context& context, const CalibrationOutcome& outcome) 
         if (split.done)
             context.say(joined("halves (", split.how, ") differ by ", split.difference_mm,
                                " mm, expected ", split.expected_mm, " mm, p ", split.p_value));
+    say_noise(context, outcome.found.corner_noise,
+              "a flat board, --lens rational8 for a wide lens, pictures that the camera has not "
+              "sharpened");
     context.say(joined("residuals of neighbours: corners ", outcome.halves.corners.z,
                        " sigma alike (model error ", outcome.halves.corners.model_error,
                        " px), stripes ", outcome.halves.stripes.z, " sigma alike on the board, ",

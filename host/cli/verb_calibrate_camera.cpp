@@ -5,11 +5,10 @@
 #include "calib/camera_calibration.h"
 #include "calib/corner_table.h"
 #include "calib/detect_board.h"
-#include "host/cli/lens_report.h"
+#include "host/cli/camera_report.h"
 #include "host/cli/progress.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
-#include "host/core/short_number.h"
 #include "host/io/image_io.h"
 #include "host/io/model_io.h"
 
@@ -149,15 +148,9 @@ class CalibrateCameraVerb final : public Verb {
              << " " << camera.cy;
         context.say(line.str());
         for (const std::string& left_out : lines) context.say(left_out);
-        const CornerNoise& noise = found.noise;
-        if (noise.refutes_independence())
-            context.say(
-                "neighbouring corners err together: " + short_number(100 * noise.shared, 2) +
-                " % of the variance of " + short_number(noise.sigma_px, 2) + " px, over " +
-                short_number(noise.reach_pitches, 2) +
-                " pitches. The sigmas allow for it; what helps: a flat board or "
-                "--board-warp, --model rational8 for a wide lens, pictures that the camera "
-                "has not sharpened");
+        say_noise(context, found.noise,
+                  "a flat board or --board-warp, --model rational8 for a wide lens, pictures that "
+                  "the camera has not sharpened");
         JsonResult result;
         result.set("rms_px", found.rms_px)
             .set("views_used", found.views_used)
@@ -179,10 +172,7 @@ class CalibrateCameraVerb final : public Verb {
                               .set("fy", sigma(1))
                               .set("cx", sigma(2))
                               .set("cy", sigma(3)))
-            .set("corner_noise", JsonResult()
-                                     .set("sigma_px", noise.sigma_px)
-                                     .set("shared", noise.shared)
-                                     .set("reach_pitches", noise.reach_pitches));
+            .set("corner_noise", json_of(found.noise));
         if (choice) result.set("lens_trials", json_of(*choice));
         if (warp_)
             result.set("board_warp_mm",

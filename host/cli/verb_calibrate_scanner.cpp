@@ -6,7 +6,7 @@
 #include "firmware/protocol/crc32c.h"
 #include "host/cli/board_capture.h"
 #include "host/cli/calibration_report.h"
-#include "host/cli/lens_report.h"
+#include "host/cli/camera_report.h"
 #include "host/cli/progress.h"
 #include "host/cli/today.h"
 #include "host/cli/verbs.h"

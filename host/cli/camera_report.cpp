@@ -1,4 +1,4 @@
-#include "host/cli/lens_report.h"
+#include "host/cli/camera_report.h"
 
 #include "host/core/short_number.h"
 
@@ -26,6 +26,21 @@ std::vector<JsonResult> json_of(const LensChoice& choice) {
         trials.push_back(one);
     }
     return trials;
+}
+
+void say_noise(const Context& context, const CornerNoise& noise, const std::string& what_helps) {
+    if (!noise.refutes_independence()) return;
+    context.say("neighbouring corners err together: " + short_number(100 * noise.shared, 2) +
+                " % of the variance of " + short_number(noise.sigma_px, 2) + " px, over " +
+                short_number(noise.reach_pitches, 2) +
+                " pitches. The sigmas allow for it; what helps: " + what_helps);
+}
+
+JsonResult json_of(const CornerNoise& noise) {
+    return JsonResult()
+        .set("sigma_px", noise.sigma_px)
+        .set("shared", noise.shared)
+        .set("reach_pitches", noise.reach_pitches);
 }
 
 }  // namespace stria

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "calib/p_values.h"
+#include "host/core/p_values.h"
 #include "calib/point_moves.h"
 #include "calib/projected_view.h"
 

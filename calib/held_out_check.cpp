@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "calib/certify.h"
-#include "calib/p_values.h"
+#include "host/core/p_values.h"
 #include "calib/projected_view.h"
 
 namespace stria {

@@ -9,7 +9,7 @@
 
 #include "calib/camera_calibration.h"
 #include "calib/detect_board.h"
-#include "calib/p_values.h"
+#include "host/core/p_values.h"
 #include "host/io/image_io.h"
 
 namespace stria {

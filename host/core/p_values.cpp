@@ -1,4 +1,4 @@
-#include "calib/p_values.h"
+#include "host/core/p_values.h"
 
 #include <algorithm>
 #include <cmath>

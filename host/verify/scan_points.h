@@ -22,6 +22,9 @@ struct ScanPoints {
     std::vector<Eigen::Vector3d> positions;       ///< mm
     std::vector<Eigen::Vector3f> towards_camera;  ///< unit, one a point; empty: not known
     std::vector<PointNoise> noise;                ///< one a point; empty: not known
+    /// As RangeImage has them, but by point: [point x sensitivity_count + k].
+    int sensitivity_count = 0;
+    std::vector<float> sensitivity;
 
     bool has_sight() const { return !towards_camera.empty(); }
     bool has_noise() const { return !noise.empty(); }

@@ -8,6 +8,7 @@
 #include "host/cli/calibration_report.h"
 #include "host/cli/camera_report.h"
 #include "host/cli/progress.h"
+#include "host/cli/temperature_option.h"
 #include "host/cli/today.h"
 #include "host/cli/verbs.h"
 #include "host/cli/version.h"
@@ -79,8 +80,7 @@ class CalibrateScannerVerb final : public Verb {
             "--lens", lens_, {"nominal", "auto", "pinhole", "brown5", "rational8"},
             "lens model; the nominal's unless given; auto: the simplest that foretells "
             "pictures held out as well as any");
-        arguments.option("--temperature", temperature_c_,
-                         "of the scanner now, degrees Celsius, for the certificate");
+        temperature_.declare(arguments, "of the scanner now, degrees Celsius, for the certificate");
         arguments.option("--valid-days", valid_days_, "until the certificate expires (90)");
     }
 
@@ -115,8 +115,7 @@ class CalibrateScannerVerb final : public Verb {
         if (valid_days_ < 1 || valid_days_ > 3650)
             throw Error("--valid-days " + std::to_string(valid_days_) + ": expected 1 to 3650");
         if (views_ < 3) throw Error("--views " + std::to_string(views_) + ": expected 3 or more");
-        if (temperature_c_ != kNoTemperature && !(temperature_c_ >= -100 && temperature_c_ <= 200))
-            throw Error("--temperature: expected -100 to 200 degrees Celsius");
+        temperature_.value();
     }
 
     void gather(const Context& context, const Board& board, GatheredViews& gathered) const {
@@ -186,7 +185,7 @@ class CalibrateScannerVerb final : public Verb {
             certificate.expires = days_after(certificate.date, valid_days_);
         }
         if (!parts.check.empty()) certificate.check_hash = hex(parts.check_crc);
-        if (temperature_c_ != kNoTemperature) certificate.temperature_c = temperature_c_;
+        certificate.temperature_c = temperature_.value();
         compare_with_former(parts.solve, outcome);
         return outcome;
     }
@@ -210,11 +209,10 @@ class CalibrateScannerVerb final : public Verb {
         write_scanner(outcome.written, outcome.found.model, outcome.certificate);
     }
 
-    static constexpr double kNoTemperature = -1e9;
     std::vector<std::string> sources_;
     std::string board_, out_, nominal_, plan_, lens_ = "nominal";
     int views_ = 15, check_ = 5, valid_days_ = 90;
-    double temperature_c_ = kNoTemperature;
+    TemperatureOption temperature_;
     bool guided_ = false;
 };
 

@@ -3,21 +3,27 @@
 #include <filesystem>
 
 #include "host/cli/default_plan.h"
+#include "host/cli/drift_check.h"
 #include "host/cli/fast_analysis.h"
 #include "host/cli/progress.h"
 #include "host/cli/recording_range.h"
+#include "host/cli/temperature_option.h"
 #include "host/cli/today.h"
 #include "host/cli/verbs.h"
 #include "host/core/errors.h"
+#include "host/core/short_number.h"
 #include "host/geometry/parallel.h"
 #include "host/io/certificate.h"
 #include "host/io/model_io.h"
 #include "host/io/range_io.h"
+#include "host/io/whole_file.h"
 #include "host/local/open_device.h"
 #include "host/project/project.h"
 
 namespace stria {
 namespace {
+
+constexpr double kMostWarmerC = 5;  ///< than at the calibration, or colder
 
 class ScanVerb final : public Verb {
   public:
@@ -31,11 +37,15 @@ class ScanVerb final : public Verb {
         arguments.option("--model", model_,
                          "calibrated scanner; without it the project's scanner.toml");
         arguments.option("--view", view_, "simulated devices: which placement of the objects");
+        temperature_.declare(arguments, "of the scanner now, degrees Celsius, for scan.toml");
+        check_.declare(arguments);
         arguments.flag("--fast", fast_,
                        "the device's SIMD kernels analyse the sweep (feature FastSpacetime)");
     }
 
     int run(const Context& context) override {
+        const std::optional<double> temperature_c = temperature_.value();
+        check_.read();
         OpenOptions open;
         open.seed = context.seed;
         open.threads = thread_count();
@@ -46,6 +56,11 @@ class ScanVerb final : public Verb {
         if (fast_) ask_for_fast_analysis(*device, plan);
         const Project project = open_or_create_project(out_);
         const std::string model_path = keep_model(context, project);
+        if (check_.is_asked() && model_path.empty())
+            throw Error(
+                "--check: expected a project with scanner.toml, or --model: without a "
+                "calibration there is no range image to check");
+        if (check_.becomes_reference()) context.check_output(project.check());
         send_paths(context, *device, info, plan, model_path);
         const ScanFolder folder = make_next_scan(project);
 
@@ -64,6 +79,8 @@ class ScanVerb final : public Verb {
             .set("fast", was_fast_analysis(recording.snapshot))
             .set("frames", static_cast<int>(recording.end->frames))
             .set("frames_dropped", static_cast<int>(recording.end->frames_dropped));
+        ScanNotes notes;
+        notes.temperature_c = temperature_c;
         if (model_path.empty()) {
             context.say(
                 folder.recording() +
@@ -71,12 +88,7 @@ class ScanVerb final : public Verb {
                 "calibrate scanner, then stria range with its --model");
         } else {
             const ScannerModel model = read_scanner(model_path);
-            if (const std::string why =
-                    certificate_warning(read_certificate(model_path), model, today());
-                !why.empty()) {
-                context.say("warning: " + why);
-                result.set("certificate_warning", why);
-            }
+            warn(context, read_certificate(model_path), model, temperature_c, result);
             if (const std::string note = paths_note(recording, model); !note.empty())
                 context.say(folder.recording() + ": " + note);
             const RangeResult range = range_of(recording, model, folder.recording());
@@ -86,12 +98,33 @@ class ScanVerb final : public Verb {
             result.set("range", folder.range())
                 .set("points", range.statistics.points)
                 .set("median_sigma_mm", range.statistics.median_sigma_mm);
+            notes.model_hash = range.image.model_hash;
+            write_whole_file(folder.notes(), format_scan_notes(notes));  // whatever the check finds
+            if (check_.is_asked()) check_.run(context, range.image, project.check(), notes, result);
         }
+        write_whole_file(folder.notes(), format_scan_notes(notes));
         context.finish(result);
         return 0;
     }
 
   private:
+    /// What a user of the calibration should hear.
+    static void warn(const Context& context, const std::optional<Certificate>& certificate,
+                     const ScannerModel& model, const std::optional<double>& temperature_c,
+                     JsonResult& result) {
+        if (const std::string why = certificate_warning(certificate, model, today());
+            !why.empty()) {
+            context.say("warning: " + why);
+            result.set("certificate_warning", why);
+        }
+        if (certificate && certificate->temperature_c && temperature_c &&
+            std::abs(*temperature_c - *certificate->temperature_c) > kMostWarmerC)
+            context.say("warning: calibrated at " + short_number(*certificate->temperature_c, 4) +
+                        " degrees Celsius, now at " + short_number(*temperature_c, 4) +
+                        ": frames of aluminium and lenses move by 5 to 50 um per metre and degree; "
+                        "--check with a sphere or plane in view tells what that makes");
+    }
+
     /// The project's model; --model becomes it. Empty: there is none.
     std::string keep_model(const Context& context, const Project& project) const {
         const std::string kept = project.scanner();
@@ -136,6 +169,8 @@ class ScanVerb final : public Verb {
 
     std::string device_, out_, plan_, model_;
     int view_ = -1;
+    TemperatureOption temperature_;
+    DriftCheck check_;
     bool fast_ = false;
 };
 

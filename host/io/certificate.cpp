@@ -54,14 +54,6 @@ int read_count(TomlTable& table, const std::string& key) {
     return static_cast<int>(value);
 }
 
-std::string line(const std::string& key, double value) {
-    return key + " = " + toml_number(value) + "\n";
-}
-
-std::string line(const std::string& key, const std::string& value) {
-    return key + " = " + toml_text(value) + "\n";
-}
-
 }  // namespace
 
 const char* name_of(CertificateStatus status) {
@@ -118,21 +110,22 @@ std::optional<Certificate> read_certificate(const std::string& path) {
 }
 
 std::string format_certificate(const Certificate& certificate) {
-    std::string text = "[certificate]\n" + line("status", name_of(certificate.status));
+    std::string text = "[certificate]\n" + toml_line("status", name_of(certificate.status));
     text += "reasons = [";
     for (std::size_t i = 0; i < certificate.reasons.size(); ++i)
         text += (i > 0 ? ", " : "") + toml_text(certificate.reasons[i]);
-    text += "]\n" + line("date", certificate.date) + line("expires", certificate.expires);
-    if (certificate.temperature_c) text += line("temperature_c", *certificate.temperature_c);
-    text += line("data_hash", certificate.data_hash) + line("check_hash", certificate.check_hash);
+    text += "]\n" + toml_line("date", certificate.date) + toml_line("expires", certificate.expires);
+    if (certificate.temperature_c) text += toml_line("temperature_c", *certificate.temperature_c);
+    text += toml_line("data_hash", certificate.data_hash) +
+            toml_line("check_hash", certificate.check_hash);
     text += "views = " + std::to_string(certificate.views) +
             "\ncheck_views = " + std::to_string(certificate.check_views) + "\n";
-    return text + line("precision_mm", certificate.precision_mm) +
-           line("trueness_mm", certificate.trueness_mm) +
-           line("expected_trueness_mm", certificate.expected_trueness_mm) +
-           line("check_p_value", certificate.check_p_value) +
-           line("cross_p_value", certificate.cross_p_value) +
-           line("model_error_px", certificate.model_error_px) + "\n";
+    return text + toml_line("precision_mm", certificate.precision_mm) +
+           toml_line("trueness_mm", certificate.trueness_mm) +
+           toml_line("expected_trueness_mm", certificate.expected_trueness_mm) +
+           toml_line("check_p_value", certificate.check_p_value) +
+           toml_line("cross_p_value", certificate.cross_p_value) +
+           toml_line("model_error_px", certificate.model_error_px) + "\n";
 }
 
 void write_scanner(const std::string& path, const ScannerModel& model,

@@ -11,10 +11,6 @@ namespace {
 
 // Every function that reads a table stands beside the one that writes it.
 
-std::string line(const std::string& key, double value) {
-    return key + " = " + toml_number(value) + "\n";
-}
-
 LaserSheet read_sheet(TomlTable table) {
     LaserSheet sheet;
     sheet.normal = read_unit_vector(table, "normal");
@@ -34,11 +30,12 @@ LaserSheet read_sheet(TomlTable table) {
 }
 
 std::string format_sheet(const LaserSheet& sheet) {
-    return toml_line("normal", sheet.normal) + line("offset_mm", sheet.offset_mm) +
+    return toml_line("normal", sheet.normal) + toml_line("offset_mm", sheet.offset_mm) +
            toml_line("apex", sheet.apex) + toml_line("central_ray", sheet.central_ray) +
-           line("bow2", sheet.bow2) + line("bow3", sheet.bow3) + line("fan_rad", sheet.fan_rad) +
-           line("waist_sigma_mm", sheet.waist_sigma_mm) + line("waist_at_mm", sheet.waist_at_mm) +
-           line("wavelength_nm", sheet.wavelength_nm);
+           toml_line("bow2", sheet.bow2) + toml_line("bow3", sheet.bow3) +
+           toml_line("fan_rad", sheet.fan_rad) + toml_line("waist_sigma_mm", sheet.waist_sigma_mm) +
+           toml_line("waist_at_mm", sheet.waist_at_mm) +
+           toml_line("wavelength_nm", sheet.wavelength_nm);
 }
 
 AxisModel read_axis(TomlTable table) {
@@ -72,8 +69,8 @@ std::string format_axis(const AxisModel& axis) {
             text = "kind = \"mirror\"\n" + toml_line("direction", axis.mirror.direction) +
                    toml_line("point", axis.mirror.point) +
                    toml_line("normal0", axis.mirror.normal0) +
-                   line("offset_mm", axis.mirror.offset_mm) + line("g2", axis.mirror.g2) +
-                   line("g3", axis.mirror.g3);
+                   toml_line("offset_mm", axis.mirror.offset_mm) + toml_line("g2", axis.mirror.g2) +
+                   toml_line("g3", axis.mirror.g3);
             break;
         case MachineKind::rail:
             text = "kind = \"rail\"\n" + toml_line("direction", axis.rail.direction);
@@ -83,7 +80,7 @@ std::string format_axis(const AxisModel& axis) {
                    toml_matrix("table_from_camera", axis.turntable.table_from_camera);
             break;
     }
-    return text + line("delay_ns", axis.delay_ns);
+    return text + toml_line("delay_ns", axis.delay_ns);
 }
 
 Channel read_channel(TomlTable table) {
@@ -145,7 +142,7 @@ std::string format_provenance(const Provenance& provenance) {
     return "[provenance]\nmade_by = " + toml_text(provenance.made_by) +
            "\ndate = " + toml_text(provenance.date) +
            "\ndata_hash = " + toml_text(provenance.data_hash) + "\n" +
-           line("rms_px", provenance.rms_px) + "\n";
+           toml_line("rms_px", provenance.rms_px) + "\n";
 }
 
 }  // namespace

@@ -16,6 +16,14 @@ std::string joined(std::span<const double> values) {
 
 }  // namespace
 
+std::string toml_line(const std::string& key, double value) {
+    return key + " = " + toml_number(value) + "\n";
+}
+
+std::string toml_line(const std::string& key, std::string_view value) {
+    return key + " = " + toml_text(value) + "\n";
+}
+
 std::string toml_line(const std::string& key, std::span<const double> values) {
     return key + " = [" + joined(values) + "]\n";
 }

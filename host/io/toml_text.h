@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "host/core/rigid3.h"
 #include "host/io/toml_file.h"
@@ -9,7 +10,11 @@
 /// What several TOML files of ours have in common: vectors, rigid motions, lines of text.
 namespace stria {
 
-/// "key = [1.0, 2.0]\n", shortest numbers that read back the same.
+/// "key = 1.0\n", the shortest number that reads back the same.
+std::string toml_line(const std::string& key, double value);
+/// "key = \"value\"\n"
+std::string toml_line(const std::string& key, std::string_view value);
+/// "key = [1.0, 2.0]\n"
 std::string toml_line(const std::string& key, std::span<const double> values);
 std::string toml_line(const std::string& key, const Eigen::Vector3d& value);
 /// A matrix row by row, one row a line.

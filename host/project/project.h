@@ -6,7 +6,7 @@ namespace stria {
 
 /// A folder that holds everything about one part:
 ///   project.toml  scanner.toml  poses.toml  model.ply  model.glb  report.html
-///   scans/0001/recording.stria  scans/0001/range.ply ...
+///   check.toml  scans/0001/recording.stria  scans/0001/range.ply  scans/0001/scan.toml ...
 struct Project {
     std::string folder;
     std::string name;           ///< of the part, as project.toml has it
@@ -17,6 +17,7 @@ struct Project {
     std::string poses() const { return file("poses.toml"); }
     std::string model_ply() const { return file("model.ply"); }
     std::string model_glb() const { return file("model.glb"); }
+    std::string check() const { return file("check.toml"); }  ///< reference of drift checks
     std::string report() const { return file("report.html"); }
     std::string scans() const { return file("scans"); }
 };
@@ -28,6 +29,7 @@ struct ScanFolder {
 
     std::string recording() const { return folder + "/recording.stria"; }
     std::string range() const { return folder + "/range.ply"; }
+    std::string notes() const { return folder + "/scan.toml"; }
 };
 
 /// True if the folder holds a project.toml.

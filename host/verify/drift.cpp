@@ -64,6 +64,13 @@ void need_calibration(const ScanPoints& scan) {
 
 }  // namespace
 
+std::vector<ShapeFigure> shape_figures(const std::string& kind) {
+    if (kind == "sphere") return {{"diameter", "diameter of the sphere", 0}};
+    return {{"bend_along", "bend of the plane along its longer side", 0},
+            {"bend_across", "bend of the plane along its shorter side", 0},
+            {"twist", "twist of the plane", 0}};
+}
+
 ShapeCheck check_sphere(const ScanPoints& scan, const Artefact& artefact,
                         const SphereRegionOptions& options, std::mt19937& rng) {
     need_calibration(scan);
@@ -80,7 +87,8 @@ ShapeCheck check_sphere(const ScanPoints& scan, const Artefact& artefact,
     const Linear linear = least_squares(rows, 1, sphere.points, normals);
     ShapeCheck check;
     check.kind = "sphere";
-    check.figures = {{"diameter", "diameter of the sphere", position.size_mm}};
+    check.figures = shape_figures(check.kind);
+    check.figures[0].off_mm = position.size_mm;
     check.noise = noise_of(linear);
     check.calibration = calibration_of(linear);
     const double sigma = at_temperature(artefact, artefact.diameters.at(0)).expanded_mm / 2;
@@ -112,9 +120,8 @@ ShapeCheck check_plane(const ScanPoints& scan, const Artefact& artefact, std::mt
     const Eigen::Vector3d off = linear.weights * heights;
     ShapeCheck check;
     check.kind = "plane";
-    check.figures = {{"bend_along", "bend along the longer side", off[0]},
-                     {"bend_across", "bend along the shorter side", off[1]},
-                     {"twist", "twist", off[2]}};
+    check.figures = shape_figures(check.kind);
+    for (std::size_t i = 0; i < 3; ++i) check.figures[i].off_mm = off[static_cast<Eigen::Index>(i)];
     check.noise = noise_of(linear);
     check.calibration = calibration_of(linear);
     check.artefact = artefact.form_mm * artefact.form_mm / 12 * Eigen::Matrix3d::Identity();

@@ -17,6 +17,9 @@ struct ShapeFigure {
     double off_mm = 0;  ///< measured minus what the artefact's certificate states
 };
 
+/// The figures of a check artefact, "sphere" or "plane", nothing off.
+std::vector<ShapeFigure> shape_figures(const std::string& kind);
+
 /// What a scan makes of a check artefact's shape, and how well it can know that.
 struct ShapeCheck {
     std::string kind;  ///< "sphere", "plane"

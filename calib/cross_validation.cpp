@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numeric>
 
-#include "host/core/p_values.h"
 #include "calib/point_moves.h"
 #include "calib/projected_view.h"
+#include "host/core/p_values.h"
 
 namespace stria {
 namespace {

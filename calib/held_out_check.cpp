@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "calib/certify.h"
-#include "host/core/p_values.h"
 #include "calib/projected_view.h"
+#include "host/core/p_values.h"
 
 namespace stria {
 namespace {

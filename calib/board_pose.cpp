@@ -36,7 +36,7 @@ std::optional<Rigid3> board_pose(const CameraModel& camera, const CameraView& vi
     std::vector<cv::Point2d> ideal;
     for (std::size_t i = 0; i < view.ids.size(); ++i) {
         const Eigen::Vector3d& p = points[static_cast<std::size_t>(view.ids[i])];
-        on_board.emplace_back(p.x(), p.y(), p.z());
+        on_board.emplace_back(p.x(), p.y(), 0);  // the warp follows
         const Eigen::Vector3d ray = ray_through(camera, view.pixels[i]);
         if (!ray.allFinite()) return std::nullopt;
         ideal.emplace_back(ray.x(), ray.y());

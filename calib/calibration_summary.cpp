@@ -95,7 +95,8 @@ ViewData view_data(const ScannerProblem& problem, const ScannerProblem::View& vi
         if (stripe.use && stripe.channel == 0)
             stripes.push_back({stripe.point.pixel,
                                axis_position(stripe.point, problem.channels().front().axis),
-                               stripe.sigma_mm * problem.stripe_sigma_factor});
+                               stripe.sigma_mm * problem.stripe_sigma_factor,
+                               stripe.rise.dot(Eigen::Vector2d(problem.warp[0], problem.warp[1]))});
     const std::size_t every = 1 + stripes.size() / kStripesForPose;
     for (std::size_t i = every / 2; i < stripes.size(); i += every) {
         data.stripes.push_back(stripes[i]);
@@ -128,10 +129,13 @@ void summarise(ScannerProblem& problem, const std::vector<std::size_t>& source,
     result.model.covariance = problem.covariance();
     result.model.provenance.rms_px = result.rms_px;
     result.corner_sigma_px = problem.corner_sigma_px;
+    result.board_warp_mm = {problem.warp[0], problem.warp[1]};
+    result.board_warp_sigma_mm = problem.warp_sigma_mm;
     result.corner_noise =
         noise.refutes_independence() ? noise : CornerNoise{result.corner_sigma_px};
     result.stripe_sigma_factor = problem.stripe_sigma_factor;
-    if (result.corner_noise.shared > 0) widen(result.model, problem, board, result.corner_noise);
+    if (result.corner_noise.shared > 0)
+        widen(result.model, problem, with_warp(board, result.board_warp_mm), result.corner_noise);
 
     double chi_square = 0, rows = 0;
     for (double r : problem.corner_residuals()) {

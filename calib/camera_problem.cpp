@@ -8,15 +8,13 @@ namespace {
 
 struct PointCost {
     Eigen::Vector3d point;
-    Eigen::Vector2d span;
+    Eigen::Vector2d rise;
     Eigen::Vector2d pixel;
     double weight;
 
     template <typename T>
     bool operator()(const T* camera, const T* pose, const T* warp, T* residual) const {
-        const T on_board[3] = {
-            T(point.x()), T(point.y()),
-            warp[0] * (1 - span.x() * span.x()) + warp[1] * (1 - span.y() * span.y())};
+        const T on_board[3] = {T(point.x()), T(point.y()), warp[0] * rise.x() + warp[1] * rise.y()};
         T moved[3];
         move_by_block(pose, on_board, moved);
         if (!project_block(camera, moved, residual)) return false;
@@ -50,14 +48,9 @@ double weight_of(const CameraView& view, std::size_t i) {
 }  // namespace
 
 CameraProblem::CameraProblem(const std::vector<CameraView>& sources, const Board& board)
-    : points_(board_points(board)), board_(board) {
-    Eigen::Vector2d low = points_.front().head<2>(), high = low;
-    for (const Eigen::Vector3d& p : points_) {
-        low = low.cwiseMin(p.head<2>());
-        high = high.cwiseMax(p.head<2>());
-    }
-    for (const Eigen::Vector3d& p : points_)
-        span_.push_back((2 * (p.head<2>() - low)).cwiseQuotient(high - low).array() - 1.0);
+    : warp{board.warp_mm.x(), board.warp_mm.y()}, points_(board_points(board)), board_(board) {
+    const BoardRise rise(points_);
+    for (const Eigen::Vector3d& p : points_) rises_.push_back(rise.at(p.head<2>()));
     for (const CameraView& source : sources) {
         View view;
         view.source = &source;
@@ -89,7 +82,7 @@ void CameraProblem::build(ceres::Problem& problem, const Solve& how) {
             if (!view.use[i]) continue;
             const auto id = static_cast<std::size_t>(view.source->ids[i]);
             problem.AddResidualBlock(
-                new AutoDiffPoint(new PointCost{points_[id], span_[id], view.source->pixels[i],
+                new AutoDiffPoint(new PointCost{points_[id], rises_[id], view.source->pixels[i],
                                                 weight_of(*view.source, i)}),
                 how.huber_px > 0 ? new ceres::HuberLoss(how.huber_px) : nullptr, camera.data(),
                 view.pose.data(), warp.data());
@@ -136,7 +129,7 @@ std::vector<std::vector<double>> CameraProblem::residual_lengths() const {
         for (std::size_t i = 0; i < view.use.size(); ++i) {
             if (!view.use[i]) continue;
             const auto id = static_cast<std::size_t>(view.source->ids[i]);
-            const PointCost cost{points_[id], span_[id], view.source->pixels[i], 1.0};
+            const PointCost cost{points_[id], rises_[id], view.source->pixels[i], 1.0};
             double residual[2];
             const bool seen = cost(camera.data(), view.pose.data(), warp.data(), residual);
             lengths[v].push_back(seen ? std::hypot(residual[0], residual[1]) : 1e6);
@@ -156,7 +149,7 @@ std::vector<CornerRows> CameraProblem::corner_rows(const std::vector<int>& free,
         for (std::size_t i = 0; i < view.use.size(); ++i) {
             if (!view.use[i]) continue;
             const auto id = static_cast<std::size_t>(view.source->ids[i]);
-            const PointCost cost{points_[id], span_[id], view.source->pixels[i],
+            const PointCost cost{points_[id], rises_[id], view.source->pixels[i],
                                  weight_of(*view.source, i)};
             PointRows point;
             if (!linearise(cost, camera, view.pose, warp, point)) continue;

@@ -47,13 +47,13 @@ class CameraProblem {
     std::vector<CornerRows> corner_rows(const std::vector<int>& free, bool board_warp) const;
 
     std::array<double, kCameraSize> camera{};
-    std::array<double, 2> warp{};
+    std::array<double, 2> warp{};  ///< that of the board to begin with
     std::vector<View> views;
 
   private:
     void build(ceres::Problem& problem, const Solve& how);
     std::vector<Eigen::Vector3d> points_;  ///< board points
-    std::vector<Eigen::Vector2d> span_;    ///< their gx, gy in [-1, 1]
+    std::vector<Eigen::Vector2d> rises_;   ///< see BoardRise
     const Board& board_;
 };
 

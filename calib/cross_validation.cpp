@@ -186,7 +186,8 @@ std::vector<double> seen_of_axis(const Channel& channel, const ViewData& view) {
     std::vector<double> seen;
     for (const ViewData::Stripe& stripe : view.stripes) {
         const auto distance = [&](double s) {
-            return distance_on_board(channel, view.camera_from_board, stripe.pixel, s);
+            return distance_on_board(channel, view.camera_from_board, stripe.pixel, s,
+                                     stripe.height_mm);
         };
         const double slope = (distance(stripe.s + step) - distance(stripe.s - step)) / (2 * step);
         seen.push_back(std::isfinite(slope) ? slope / stripe.sigma_mm : 0);
@@ -252,10 +253,11 @@ CrossValidation cross_validate(const std::vector<CornerView>& views, const Board
                                const ScannerCalibration& solved, int stripe_points_per_view) {
     const ScannerModel& model = solved.model;
     const Channel& channel = model.channels.front();
+    const Board bent = with_warp(board, solved.board_warp_mm);
     const Eigen::MatrixXd modes = covariance_modes(model.covariance);
     std::vector<ProjectedView> projected;
     for (const CornerView& view : views) {
-        ViewData data = measured_view(model, board, view, solved.corner_sigma_px,
+        ViewData data = measured_view(model, bent, view, solved.corner_sigma_px,
                                       solved.stripe_sigma_factor, stripe_points_per_view);
         if (!data.corners.empty())
             projected.push_back(projected_view(model, modes, std::move(data)));

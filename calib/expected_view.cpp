@@ -150,11 +150,15 @@ ViewData measured_view(const ScannerModel& model, const Board& board, const Corn
                                     seen.s, corner_sigma_px});
     }
     if (!placed) return data;
+    const BoardRise rise(points);
     for (const StripePoint& point : stripe_points_on_board(
-             view.pulses, channel, data.camera_from_board, BoardColours(board), most_stripes))
+             view.pulses, channel, data.camera_from_board, BoardColours(board), most_stripes)) {
+        const Rigid3 at_s = board_motion(channel, point.s) * data.camera_from_board;
         data.stripes.push_back(
             {point.pixel, point.s,
-             stripe_sigma_factor * sigma_on_board_mm(channel, data.camera_from_board, point)});
+             stripe_sigma_factor * sigma_on_board_mm(channel, data.camera_from_board, point),
+             rise_seen(channel.camera, at_s, point.pixel, rise, board.warp_mm).dot(board.warp_mm)});
+    }
     return data;
 }
 

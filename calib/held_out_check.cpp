@@ -128,6 +128,7 @@ double root_mean(double sum, double count) {
 
 HeldOutCheck check_held_out(const std::vector<CornerView>& views, const Board& board,
                             const ScannerCalibration& solved) {
+    const Board bent = with_warp(board, solved.board_warp_mm);
     const Eigen::MatrixXd modes = covariance_modes(solved.model.covariance);
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(modes.cols(), modes.cols());
     Eigen::MatrixXd scatter = information;
@@ -135,7 +136,7 @@ HeldOutCheck check_held_out(const std::vector<CornerView>& views, const Board& b
     HeldOutCheck check;
     Sums sums;
     for (const CornerView& view : views) {
-        ViewData data = measured_view(solved.model, board, view, solved.corner_sigma_px,
+        ViewData data = measured_view(solved.model, bent, view, solved.corner_sigma_px,
                                       solved.stripe_sigma_factor, kStripePoints);
         if (data.corners.empty() || data.stripes.empty()) continue;
         const ProjectedView projected = projected_view(solved.model, modes, std::move(data));

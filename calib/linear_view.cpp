@@ -34,7 +34,7 @@ Eigen::VectorXd residuals(const Channel& channel, const Rigid3& pose, const View
         row += 2;
     }
     for (const ViewData::Stripe& stripe : view.stripes) {
-        const double d = distance_on_board(channel, pose, stripe.pixel, stripe.s);
+        const double d = distance_on_board(channel, pose, stripe.pixel, stripe.s, stripe.height_mm);
         r[row++] = std::isfinite(d) ? d / stripe.sigma_mm : kLost;
     }
     return r;

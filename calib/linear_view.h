@@ -30,6 +30,7 @@ struct ViewData {
         Eigen::Vector2d pixel;
         double s = 0;
         double sigma_mm = 0.1;  ///< of its distance from the sheet
+        double height_mm = 0;   ///< of the board's surface there above its plane
     };
     Rigid3 camera_from_board;  ///< at s = 0
     std::vector<Corner> corners;

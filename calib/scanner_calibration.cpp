@@ -113,8 +113,10 @@ class Calibrator {
 
 void Calibrator::solve_camera() {
     const CameraModel& drawn = nominal_.channels[0].camera;
-    camera_ = calibrate_camera(pictures_of(views_), board_, drawn.width, drawn.height,
-                               {.lens = drawn.kind, .start = drawn});
+    camera_ =
+        calibrate_camera(pictures_of(views_), board_, drawn.width, drawn.height,
+                         {.lens = drawn.kind, .board_warp = options_.board_warp, .start = drawn});
+    problem_.warp = {camera_.board_warp_mm.x(), camera_.board_warp_mm.y()};
 }
 
 void Calibrator::start_axis_and_views() {

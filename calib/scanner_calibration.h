@@ -66,6 +66,8 @@ struct ScannerCalibrationOptions {
         2e-3;  ///< rad per rad^2 (and rad^3): line lasers bend their sheet by about 1 mrad
     double gain_sigma = 0.05;     ///< g2 per rad, g3 per rad^2: about 1 % of the angle at 0.2 rad
     double delay_sigma_ns = 5e6;  ///< of the clocks: a frame of a slow camera
+    bool board_warp = false;      ///< also solve how far the board bulges (Board::warp_mm)
+    double warp_sigma_mm = 2;     ///< how far it may: a board of 300 mm leaning against a wall
 };
 
 struct ScannerViewResult {
@@ -99,6 +101,8 @@ struct ScannerCalibration {
     CornerNoise corner_noise;
     /// Estimated sigma of the stripe points over what the pulses claim.
     double stripe_sigma_factor = 0;
+    Eigen::Vector2d board_warp_mm = Eigen::Vector2d::Zero();        ///< of the board as used
+    Eigen::Vector2d board_warp_sigma_mm = Eigen::Vector2d::Zero();  ///< 0: not solved
     PredictedSigma predicted;  ///< from the covariance, rigid motion removed
     std::vector<ScannerViewResult> views;
     int views_used = 0;

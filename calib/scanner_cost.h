@@ -187,10 +187,11 @@ Vec3<T> moved_by_axis(const AxisModel& base, const T* delta, const T& s, const V
     }
 }
 
-/// Point (camera frame) where the ray meets the board, whose pose is that at s = 0.
+/// Point (camera frame) where the ray meets the board, whose pose is that at s = 0, and whose
+/// surface there is `height` (mm) above its plane.
 template <MachineKind kKind, typename T>
 Vec3<T> meet_board(const AxisModel& base, const T* axis_delta, const T* pose, const Vec3<T>& ray,
-                   const T& s) {
+                   const T& s, const T& height) {
     const T on_board[2][3] = {{T(0), T(0), T(0)}, {T(0), T(0), T(1)}};
     Vec3<T> at[2];
     for (int i = 0; i < 2; ++i) {
@@ -199,7 +200,7 @@ Vec3<T> meet_board(const AxisModel& base, const T* axis_delta, const T* pose, co
         at[i] = moved_by_axis<kKind>(base, axis_delta, s, moved);
     }
     const Vec3<T> normal = at[1] - at[0];
-    return ray * (normal.dot(at[0]) / normal.dot(ray));
+    return ray * ((normal.dot(at[0]) + height) / normal.dot(ray));
 }
 
 }  // namespace stria

@@ -37,12 +37,15 @@ void hold_entries(ceres::Problem& problem, double* block, int size, const std::v
 
 ScannerProblem::ScannerProblem(const Board& board, const std::vector<Channel>& nominal,
                                const ScannerCalibrationOptions& options)
-    : points_(board_points(board)),
+    : warp{board.warp_mm.x(), board.warp_mm.y()},
+      rise_(board_points(board)),
       base_(nominal),
       nominal_(nominal),
       options_(options),
       sheets_(nominal.size()) {
     set_camera_and_axis(nominal.front().camera, nominal.front().axis);
+    for (const Eigen::Vector3d& p : board_points(board))
+        points_.push_back({p.head<2>(), rise_.at(p.head<2>())});
 }
 
 void ScannerProblem::set_camera_and_axis(const CameraModel& camera, const AxisModel& axis) {
@@ -72,6 +75,7 @@ ScannerProblem::Stage ScannerProblem::everything() const {
     stage.axis_free = kind == MachineKind::turntable ? std::vector<int>{0, 1, 3, 4}
                                                      : first_entries(axis_size(kind) - 1);
     if (sees_delay()) stage.axis_free.push_back(axis_size(kind) - 1);
+    stage.warp = options_.board_warp;
     return stage;
 }
 
@@ -79,7 +83,8 @@ int ScannerProblem::corner_unknowns() const {
     const Channel& any = base_.front();
     const int axis =
         any.axis.kind == MachineKind::swept ? 0 : static_cast<int>(everything().axis_free.size());
-    return 4 + distortion_count(any.camera.kind) + axis + 6 * static_cast<int>(views.size());
+    return 4 + distortion_count(any.camera.kind) + axis + (options_.board_warp ? kWarpSize : 0) +
+           6 * static_cast<int>(views.size());
 }
 
 int ScannerProblem::stripe_unknowns() const {
@@ -93,18 +98,18 @@ template <MachineKind kKind>
 void ScannerProblem::add_corner(ceres::Problem& problem, View& view, const Corner& corner,
                                 ceres::LossFunction* loss) {
     constexpr int kAxis = axis_size(kKind);
-    const Eigen::Vector3d& point = points_[static_cast<std::size_t>(corner.id)];
+    const BoardPoint& point = points_[static_cast<std::size_t>(corner.id)];
     if constexpr (kKind == MachineKind::swept)
         problem.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<StillCornerCost, 2, kCameraSize, kPoseSize>(
+            new ceres::AutoDiffCostFunction<StillCornerCost, 2, kCameraSize, kPoseSize, kWarpSize>(
                 new StillCornerCost{point, corner.pixel, 1 / corner_sigma_px}),
-            loss, camera_.data(), view.pose.data());
+            loss, camera_.data(), view.pose.data(), warp.data());
     else
         problem.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<CornerCost<kKind>, 2, kCameraSize, kAxis, kPoseSize>(
-                new CornerCost<kKind>{&base_.front(), point, corner.pixel, corner.s,
-                                      1 / corner_sigma_px}),
-            loss, camera_.data(), axis_.data(), view.pose.data());
+            new ceres::AutoDiffCostFunction<CornerCost<kKind>, 2, kCameraSize, kAxis, kPoseSize,
+                                            kWarpSize>(new CornerCost<kKind>{
+                &base_.front(), point, corner.pixel, corner.s, 1 / corner_sigma_px}),
+            loss, camera_.data(), axis_.data(), view.pose.data(), warp.data());
 }
 
 template <MachineKind kKind>
@@ -123,10 +128,11 @@ void ScannerProblem::add_residuals(ceres::Problem& problem, const Stage& stage) 
             if (!stripe.use) continue;
             if (stage.every > 1 && count++ % stage.every != 0) continue;
             const std::size_t c = stripe.channel;
-            problem.AddResidualBlock(new StripeCost<kKind>(&base_[c], lights[c], stripe.point,
-                                                           stripe.sigma_mm * stripe_sigma_factor),
-                                     loss(), camera_.data(), sheets_[c].data(), axis_.data(),
-                                     view.pose.data());
+            problem.AddResidualBlock(
+                new StripeCost<kKind>(&base_[c], lights[c], stripe.point, stripe.rise,
+                                      stripe.sigma_mm * stripe_sigma_factor),
+                loss(), camera_.data(), sheets_[c].data(), axis_.data(), view.pose.data(),
+                warp.data());
         }
     }
 }
@@ -146,6 +152,10 @@ void ScannerProblem::add_priors(ceres::Problem& problem) {
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<Axis, Axis::kSize, axis_size(kKind)>(
                                  new Axis{&base_.front(), &nominal_.front().axis, sigmas}),
                              nullptr, axis_.data());
+    if (options_.board_warp)
+        problem.AddResidualBlock(new ceres::AutoDiffCostFunction<WarpPrior, kWarpSize, kWarpSize>(
+                                     new WarpPrior{options_.warp_sigma_mm}),
+                                 nullptr, warp.data());
 }
 
 void ScannerProblem::build(ceres::Problem& problem, const Stage& stage) {
@@ -177,6 +187,8 @@ void ScannerProblem::hold(ceres::Problem& problem, const Stage& stage) {
             if (problem.HasParameterBlock(view.pose.data()))
                 problem.SetParameterBlockConstant(view.pose.data());
     }
+    if (!stage.warp && problem.HasParameterBlock(warp.data()))
+        problem.SetParameterBlockConstant(warp.data());
     for (auto& sheet : sheets_) hold_entries(problem, sheet.data(), kSheetSize, stage.sheet_free);
     hold_entries(problem, axis_.data(), axis_size(base_.front().axis.kind), stage.axis_free);
 }
@@ -216,6 +228,7 @@ SolveEnd ScannerProblem::solve(const Stage& stage) {
     options.max_trust_region_radius = 1e18;
     std::vector<double*> shared = {camera_.data(), axis_.data()}, poses;
     for (auto& sheet : sheets_) shared.push_back(sheet.data());
+    if (stage.warp) shared.push_back(warp.data());
     for (View& view : views) poses.push_back(view.pose.data());
     if (stage.camera) {
         auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -287,22 +300,30 @@ void ScannerProblem::rebase() {
 void ScannerProblem::weigh_stripes() {
     for (View& view : views) {
         const Rigid3 pose = rigid_from_block(view.pose.data());
-        for (Stripe& stripe : view.stripes)
-            stripe.sigma_mm = sigma_on_board_mm(base_[stripe.channel], pose, stripe.point);
+        for (Stripe& stripe : view.stripes) {
+            const Channel& channel = base_[stripe.channel];
+            stripe.sigma_mm = sigma_on_board_mm(channel, pose, stripe.point);
+            const Rigid3 at_s =
+                board_motion(channel, axis_position(stripe.point, channel.axis)) * pose;
+            stripe.rise = rise_seen(channel.camera, at_s, stripe.point.pixel, rise_,
+                                    Eigen::Vector2d(warp[0], warp[1]));
+        }
     }
 }
 
 Eigen::Vector2d ScannerProblem::residual(const View& view, const Corner& corner) const {
     const Channel& any = base_.front();
     const Rigid3 pose = board_motion(any, corner.s) * rigid_from_block(view.pose.data());
-    const auto pixel = project(any.camera, pose * points_[static_cast<std::size_t>(corner.id)]);
+    const BoardPoint& point = points_[static_cast<std::size_t>(corner.id)];
+    const auto pixel = project(any.camera, pose * point.bent_by(warp.data()));
     return pixel ? Eigen::Vector2d(*pixel - corner.pixel) : Eigen::Vector2d::Constant(1e6);
 }
 
 double ScannerProblem::residual_mm(const View& view, const Stripe& stripe) const {
     const Channel& channel = base_[stripe.channel];
     return distance_on_board(channel, rigid_from_block(view.pose.data()), stripe.point.pixel,
-                             axis_position(stripe.point, channel.axis));
+                             axis_position(stripe.point, channel.axis),
+                             stripe.rise.dot(Eigen::Vector2d(warp[0], warp[1])));
 }
 
 std::vector<double> ScannerProblem::stripe_residuals() const {
@@ -376,6 +397,7 @@ Eigen::MatrixXd ScannerProblem::covariance() {
     std::vector<double*> shared = {camera_.data()};
     for (auto& sheet : sheets_) shared.push_back(sheet.data());
     shared.push_back(axis_.data());
+    if (stage.warp) shared.push_back(warp.data());
     const Eigen::MatrixXd information = schur_information(problem, shared, separate);
     const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
@@ -383,8 +405,10 @@ Eigen::MatrixXd ScannerProblem::covariance() {
     const Eigen::MatrixXd small = scale.asDiagonal() * eigen.eigenvectors() *
                                   eigen.eigenvalues().cwiseMax(1e-14).cwiseInverse().asDiagonal() *
                                   eigen.eigenvectors().transpose() * scale.asDiagonal();
+    if (stage.warp) warp_sigma_mm = small.diagonal().tail<kWarpSize>().cwiseSqrt();
     const Eigen::MatrixXd by = names_from_free(stage);
-    return by * small * by.transpose();
+    const Eigen::Index named = by.cols();
+    return by * small.topLeftCorner(named, named) * by.transpose();
 }
 
 }  // namespace stria

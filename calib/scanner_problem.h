@@ -6,6 +6,7 @@
 
 #include "calib/scanner_calibration.h"
 #include "calib/scanner_cost.h"
+#include "calib/scanner_residuals.h"
 #include "calib/stripe_points.h"
 #include "calib/valley_solve.h"
 
@@ -34,6 +35,8 @@ class ScannerProblem {
         StripePoint point;
         std::size_t channel = 0;
         double sigma_mm = 1;  ///< of its distance from the sheet, see weigh_stripes()
+        /// How the board rises there with its warp, likewise.
+        Eigen::Vector2d rise = Eigen::Vector2d::Zero();
         bool use = true;
     };
     struct View {
@@ -46,6 +49,7 @@ class ScannerProblem {
         bool camera = true;           ///< intrinsics and poses move
         std::vector<int> sheet_free;  ///< entries of each sheet's difference
         std::vector<int> axis_free;
+        bool warp = false;            ///< the board's
         bool corners = true;          ///< use their residuals
         double huber_sigmas = 0;      ///< 0: plain least squares
         int every = 1;                ///< use each n-th stripe point only
@@ -71,7 +75,7 @@ class ScannerProblem {
     const std::vector<Channel>& channels() const { return base_; }
     /// Camera and axis for all of them; the sheets stay.
     void set_camera_and_axis(const CameraModel& camera, const AxisModel& axis);
-    /// Computes sigma_mm of every stripe point at the present estimate.
+    /// Computes sigma_mm and rise of every stripe point at the present estimate.
     void weigh_stripes();
 
     /// 2-D residual (px) of a corner; distance (mm) of a stripe point from its sheet.
@@ -85,6 +89,8 @@ class ScannerProblem {
     /// parameters have zero rows, shared ones equal rows.
     Eigen::MatrixXd covariance();
 
+    std::array<double, 2> warp{};                             ///< Board::warp_mm
+    Eigen::Vector2d warp_sigma_mm = Eigen::Vector2d::Zero();  ///< by covariance()
     std::vector<View> views;
     double corner_sigma_px = 0.1;
     double stripe_sigma_factor = 1;
@@ -103,7 +109,8 @@ class ScannerProblem {
     Eigen::MatrixXd names_from_free(const Stage& stage) const;
     void rebase();
 
-    std::vector<Eigen::Vector3d> points_;
+    std::vector<BoardPoint> points_;
+    BoardRise rise_;
     std::vector<Channel> base_, nominal_;
     ScannerCalibrationOptions options_;
     std::array<double, kCameraSize> camera_{};

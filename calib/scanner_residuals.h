@@ -13,17 +13,30 @@
 /// For calib's own .cpp files only: the residuals of the scanner's joint problem as Ceres functors.
 namespace stria {
 
+inline constexpr int kWarpSize = 2;  ///< Board::warp_mm
+
+/// A point of the board and how it rises with the warp, see BoardRise.
+struct BoardPoint {
+    Eigen::Vector2d on_board, rise;
+
+    template <typename T>
+    Vec3<T> bent_by(const T* warp) const {
+        return Vec3<T>(T(on_board.x()), T(on_board.y()), warp[0] * rise.x() + warp[1] * rise.y());
+    }
+};
+
 /// Corner of the board seen at s, whitened.
 template <MachineKind kKind>
 struct CornerCost {
     const Channel* base;
-    Eigen::Vector3d point;
+    BoardPoint point;
     Eigen::Vector2d pixel;
     double s, inverse_sigma;
 
     template <typename T>
-    bool operator()(const T* camera, const T* axis, const T* pose, T* residual) const {
-        const Vec3<T> on_board = point.cast<T>();
+    bool operator()(const T* camera, const T* axis, const T* pose, const T* warp,
+                    T* residual) const {
+        const Vec3<T> on_board = point.bent_by(warp);
         Vec3<T> moved;
         move_by_block(pose, on_board.data(), moved.data());
         moved = moved_by_axis<kKind>(base->axis, axis, T(s), moved);
@@ -36,13 +49,13 @@ struct CornerCost {
 
 /// Corner of a board whose pictures were all taken at one place of camera and board.
 struct StillCornerCost {
-    Eigen::Vector3d point;
+    BoardPoint point;
     Eigen::Vector2d pixel;
     double inverse_sigma;
 
     template <typename T>
-    bool operator()(const T* camera, const T* pose, T* residual) const {
-        const Vec3<T> on_board = point.cast<T>();
+    bool operator()(const T* camera, const T* pose, const T* warp, T* residual) const {
+        const Vec3<T> on_board = point.bent_by(warp);
         Vec3<T> moved;
         move_by_block(pose, on_board.data(), moved.data());
         if (!project_block(camera, moved.data(), residual)) return false;
@@ -102,14 +115,19 @@ class LightAt {
 
 /// Distance of a stripe point from the sheet, whitened. The chain rule is taken by hand between
 /// three short dual numbers (ray and board, sheet and mirror, point), which is several times as
-/// fast as one long one over all 33 parameters.
+/// fast as one long one over all 35 parameters.
 template <MachineKind kKind>
-class StripeCost
-    : public ceres::SizedCostFunction<1, kCameraSize, kSheetSize, axis_size(kKind), kPoseSize> {
+class StripeCost : public ceres::SizedCostFunction<1, kCameraSize, kSheetSize, axis_size(kKind),
+                                                   kPoseSize, kWarpSize> {
   public:
+    /// @param rise  of the board where the point lies, see BoardRise
     StripeCost(const Channel* base, std::shared_ptr<LightAt<kKind>> light, const StripePoint& point,
-               double sigma_mm)
-        : base_(base), light_(std::move(light)), point_(point), inverse_sigma_(1 / sigma_mm) {}
+               const Eigen::Vector2d& rise, double sigma_mm)
+        : base_(base),
+          light_(std::move(light)),
+          point_(point),
+          rise_(rise),
+          inverse_sigma_(1 / sigma_mm) {}
 
     bool Evaluate(double const* const* blocks, double* residual,
                   double** jacobians) const override {
@@ -118,19 +136,21 @@ class StripeCost
         camera_math::undistort(camera + 4, (point_.pixel.x() - camera[2]) / camera[0],
                                (point_.pixel.y() - camera[3]) / camera[1], ray.x(), ray.y());
         if (!jacobians) {
-            const Vec3<double> p = point_on_board(ray.data(), blocks[3], blocks[2]);
+            const Vec3<double> p = point_on_board(ray.data(), blocks[3], blocks[2], blocks[4]);
             residual[0] = distance_from(sheet_now(blocks[1], blocks[2]), p) * inverse_sigma_;
             return true;
         }
-        // Point by ray (2), pose (6) and, where the axis moves the board, axis.
+        // Point by ray (2), pose (6), warp (2) and, where the axis moves the board, axis.
         constexpr int kMoved = kStill ? 0 : kAxis;
-        using Moved = ceres::Jet<double, 2 + kPoseSize + kMoved>;
-        Moved ray_d[2], pose_d[kPoseSize], axis_d[kAxis];
+        constexpr int kWarpAt = 2 + kPoseSize, kAxisAt = kWarpAt + kWarpSize;
+        using Moved = ceres::Jet<double, kAxisAt + kMoved>;
+        Moved ray_d[2], pose_d[kPoseSize], axis_d[kAxis], warp_d[kWarpSize];
         for (int i = 0; i < 2; ++i) ray_d[i] = Moved(ray[i], i);
         for (int i = 0; i < kPoseSize; ++i) pose_d[i] = Moved(blocks[3][i], 2 + i);
         for (int i = 0; i < kAxis; ++i)
-            axis_d[i] = kStill ? Moved(blocks[2][i]) : Moved(blocks[2][i], 2 + kPoseSize + i);
-        const Vec3<Moved> point = point_on_board(ray_d, pose_d, axis_d);
+            axis_d[i] = kStill ? Moved(blocks[2][i]) : Moved(blocks[2][i], kAxisAt + i);
+        for (int i = 0; i < kWarpSize; ++i) warp_d[i] = Moved(blocks[4][i], kWarpAt + i);
+        const Vec3<Moved> point = point_on_board(ray_d, pose_d, axis_d, warp_d);
         const Vec3<double> at(point[0].a, point[1].a, point[2].a);
 
         // Distance by sheet (5) and, where the axis is the mirror's, axis; the point kept.
@@ -149,7 +169,7 @@ class StripeCost
                                      Near(sheet.bow3.a)};
         const Vec3<Near> near_at(Near(at[0], 0), Near(at[1], 1), Near(at[2], 2));
         const Eigen::Vector3d slope = distance_from(still, near_at).v;
-        Eigen::Matrix<double, 2 + kPoseSize + kMoved, 1> by_moved =
+        Eigen::Matrix<double, kAxisAt + kMoved, 1> by_moved =
             slope[0] * point[0].v + slope[1] * point[1].v + slope[2] * point[2].v;
         by_moved *= inverse_sigma_;
         if (jacobians[0]) put_camera(camera, by_moved.template head<2>(), jacobians[0]);
@@ -159,8 +179,9 @@ class StripeCost
             jacobians[2][i] =
                 kStill ? distance.v[std::min<int>(kSheetSize + i, Light::DIMENSION - 1)] *
                              inverse_sigma_
-                       : by_moved[std::min<int>(2 + kPoseSize + i, int(by_moved.size()) - 1)];
+                       : by_moved[std::min<int>(kAxisAt + i, int(by_moved.size()) - 1)];
         for (int i = 0; jacobians[3] && i < kPoseSize; ++i) jacobians[3][i] = by_moved[2 + i];
+        for (int i = 0; jacobians[4] && i < kWarpSize; ++i) jacobians[4][i] = by_moved[kWarpAt + i];
         return true;
     }
 
@@ -184,9 +205,10 @@ class StripeCost
     }
 
     template <typename T>
-    Vec3<T> point_on_board(const T* ray, const T* pose, const T* axis) const {
+    Vec3<T> point_on_board(const T* ray, const T* pose, const T* axis, const T* warp) const {
         return meet_board<kKind>(base_->axis, axis, pose, Vec3<T>(ray[0], ray[1], T(1)),
-                                 delayed_s<kKind>(point_, base_->axis, axis));
+                                 delayed_s<kKind>(point_, base_->axis, axis),
+                                 T(warp[0] * rise_.x() + warp[1] * rise_.y()));
     }
 
     void put_camera(const double* camera, const Eigen::Vector2d& by_ray, double* jacobian) const {
@@ -201,12 +223,24 @@ class StripeCost
     const Channel* base_;
     std::shared_ptr<LightAt<kKind>> light_;  ///< shared by the points of one problem
     StripePoint point_;
+    Eigen::Vector2d rise_;
     double inverse_sigma_;
 };
 
 /// How far a machine may be from its drawing, standard deviations.
 struct NominalSigmas {
     double angle_rad, length_mm, bow, gain, delay_ns;
+};
+
+/// Weak pull of the board towards flatness.
+struct WarpPrior {
+    double sigma_mm;
+
+    template <typename T>
+    bool operator()(const T* warp, T* residual) const {
+        for (int i = 0; i < kWarpSize; ++i) residual[i] = warp[i] / sigma_mm;
+        return true;
+    }
 };
 
 /// Weak pull of a sheet towards the nominal one.

@@ -44,14 +44,27 @@ int lattice_step(const PulseMap& pulses, int most) {
 
 std::optional<Eigen::Vector2d> seen_on_board(const CameraModel& camera,
                                              const Rigid3& camera_from_board,
-                                             const Eigen::Vector2d& pixel) {
+                                             const Eigen::Vector2d& pixel, double height_mm) {
     const Eigen::Vector3d ray = ray_through(camera, pixel);
     const Eigen::Vector3d normal = camera_from_board.rotation.col(2);
-    const double depth = normal.dot(camera_from_board.translation) / normal.dot(ray);
+    const double depth = (normal.dot(camera_from_board.translation) + height_mm) / normal.dot(ray);
     if (!(depth > 0) || !std::isfinite(depth)) return std::nullopt;
     const Eigen::Vector3d on_board =
         camera_from_board.rotation.transpose() * (depth * ray - camera_from_board.translation);
     return Eigen::Vector2d(on_board.head<2>());
+}
+
+Eigen::Vector2d rise_seen(const CameraModel& camera, const Rigid3& camera_from_board,
+                          const Eigen::Vector2d& pixel, const BoardRise& rise,
+                          const Eigen::Vector2d& warp_mm) {
+    Eigen::Vector2d there = Eigen::Vector2d::Zero();
+    const int rounds = warp_mm.isZero() ? 1 : 2;  // the second sees the surface, not the plane
+    for (int round = 0; round < rounds; ++round) {
+        const auto place = seen_on_board(camera, camera_from_board, pixel, there.dot(warp_mm));
+        if (!place) return Eigen::Vector2d::Zero();
+        there = rise.at(*place);
+    }
+    return there;
 }
 
 BoardColours::BoardColours(const Board& board) {
@@ -139,12 +152,12 @@ std::vector<StripePoint> stripe_points_on_board(const PulseMap& pulses, const Ch
 }
 
 double distance_on_board(const Channel& channel, const Rigid3& camera_from_board,
-                         const Eigen::Vector2d& pixel, double s) {
+                         const Eigen::Vector2d& pixel, double s, double height_mm) {
     const Rigid3 pose = board_motion(channel, s) * camera_from_board;
     const Eigen::Vector3d ray = ray_through(channel.camera, pixel);
     const Eigen::Vector3d normal = pose.rotation.col(2);
     return signed_distance(sheet_at(channel, s),
-                           ray * (normal.dot(pose.translation) / normal.dot(ray)));
+                           ray * ((normal.dot(pose.translation) + height_mm) / normal.dot(ray)));
 }
 
 double sigma_on_board_mm(const Channel& channel, const Rigid3& camera_from_board,

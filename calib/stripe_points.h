@@ -47,9 +47,16 @@ class BoardColours {
 PulseMap thinned(const PulseMap& pulses, int cells);
 
 /// Board point (mm) that a pixel sees; empty if its ray leads away from the board's plane.
+/// @param height_mm  of the board's surface there above its plane
 std::optional<Eigen::Vector2d> seen_on_board(const CameraModel& camera,
                                              const Rigid3& camera_from_board,
-                                             const Eigen::Vector2d& pixel);
+                                             const Eigen::Vector2d& pixel, double height_mm = 0);
+
+/// BoardRise where a pixel sees the surface of a board that bulges by `warp_mm`; 0 where it sees
+/// none.
+Eigen::Vector2d rise_seen(const CameraModel& camera, const Rigid3& camera_from_board,
+                          const Eigen::Vector2d& pixel, const BoardRise& rise,
+                          const Eigen::Vector2d& warp_mm);
 
 /// Motion of the board, fixed to the part, from s = 0 to s, in the camera frame.
 Rigid3 board_motion(const Channel& channel, double s);
@@ -64,8 +71,9 @@ std::vector<StripePoint> stripe_points_on_board(const PulseMap& pulses, const Ch
                                                 const BoardColours& colours, int most);
 
 /// Signed distance (mm) of the point where the pixel's ray meets the board from sheet(s).
+/// @param height_mm  of the board's surface there above its plane
 double distance_on_board(const Channel& channel, const Rigid3& camera_from_board,
-                         const Eigen::Vector2d& pixel, double s);
+                         const Eigen::Vector2d& pixel, double s, double height_mm = 0);
 
 /// Standard deviation (mm) of that distance from the point's own sigma: its gradient along s (the
 /// pixel kept) or along u (s kept), by central differences.

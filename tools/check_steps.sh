@@ -23,7 +23,7 @@ minutes_of_numbers+='|^PlaceScans\.IsTheSameForAnyThreadCount|^FuseBunny'
 minutes_of_numbers+='|^CrossValidation\.AModelError|GuidedViewsTeachMore|^TwoSolutions|^Convergence\.'
 minutes_of_numbers+='|^CornerNoise\.Of|WhatIsFoundDoesNotDependOnWhatWas'
 minutes_of_numbers+='|OnARailHasTheSigmaThatWasAdvised|^LensChoice\.Takes|^ClockDelay\.OfPeaks'
-minutes_of_numbers+='|SharedCornersOf|DriftOf\.(What|Noise)|ClockOf\.FindsHowFarTheAxisLagsItsLog/(rail|turntable)'
+minutes_of_numbers+='|SharedCornersOf|BoardWarpOf\.IsFound|DriftOf\.(What|Noise)|ClockOf\.FindsHowFarTheAxisLagsItsLog/(rail|turntable)'
 
 sources() { find firmware host calib sim tests -name '*.h' -o -name '*.cpp'; }
 

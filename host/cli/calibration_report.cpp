@@ -97,7 +97,8 @@ void say_certificate(const Context& context, const CalibrationOutcome& outcome) 
             context.say(joined("halves (", split.how, ") differ by ", split.difference_mm,
                                " mm, expected ", split.expected_mm, " mm, p ", split.p_value));
     say_noise(context, outcome.found.corner_noise,
-              "a flat board, --lens rational8 for a wide lens, pictures that the camera has not "
+              "a flat board or --board-warp, --lens rational8 for a wide lens, pictures that the "
+              "camera has not "
               "sharpened");
     context.say(joined("residuals of neighbours: corners ", outcome.halves.corners.z,
                        " sigma alike (model error ", outcome.halves.corners.model_error,
@@ -140,6 +141,11 @@ void report_calibration(const Context& context, const CalibrationOutcome& outcom
                        found.views_used, " views, predicted point sigma ",
                        found.predicted.median_mm, " mm (95 %: ", found.predicted.p95_mm, ") over ",
                        size.x(), " x ", size.y(), " x ", size.z(), " mm"));
+    const Eigen::Vector2d &warp = found.board_warp_mm, &warp_sigma = found.board_warp_sigma_mm;
+    if (!warp_sigma.isZero())
+        context.say(joined("the board bulges by ", warp.x(), " +- ", warp_sigma.x(),
+                           " mm along its rows, ", warp.y(), " +- ", warp_sigma.y(),
+                           " mm along its columns"));
     for (const std::string& warning : found.warnings) context.say("warning: " + warning);
     say_certificate(context, outcome);
     say_movement(context, outcome);
@@ -155,6 +161,9 @@ void report_calibration(const Context& context, const CalibrationOutcome& outcom
         .set("views", views)
         .set("written", outcome.written)
         .set("certificate", json_certificate(outcome));
+    if (!warp_sigma.isZero())
+        result.set("board_warp_mm", std::vector<double>{warp.x(), warp.y()})
+            .set("board_warp_sigma_mm", std::vector<double>{warp_sigma.x(), warp_sigma.y()});
     if (outcome.lens) result.set("lens_trials", json_of(*outcome.lens));
     if (!outcome.replaced.empty() && outcome.movement.comparable)
         result.set("moved", JsonResult()

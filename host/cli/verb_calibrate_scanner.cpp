@@ -76,6 +76,8 @@ class CalibrateScannerVerb final : public Verb {
         arguments.option("--check", check_,
                          "every N-th view is held out to check the result (5; 0: none), where "
                          "there are 10 or more");
+        arguments.flag("--board-warp", options_.board_warp,
+                       "also solve how far the board bulges, in two numbers");
         arguments.choice(
             "--lens", lens_, {"nominal", "auto", "pinhole", "brown5", "rational8"},
             "lens model; the nominal's unless given; auto: the simplest that foretells "
@@ -169,10 +171,9 @@ class CalibrateScannerVerb final : public Verb {
     CalibrationOutcome solve(const Divided& parts, const Board& board,
                              const GatheredViews& gathered) const {
         CalibrationOutcome outcome;
-        const ScannerCalibrationOptions options;
-        outcome.found = calibrate_scanner(parts.solve, board, gathered.nominal, options);
+        outcome.found = calibrate_scanner(parts.solve, board, gathered.nominal, options_);
         refuse(find_contradictions(outcome.found.model, gathered.nominal,
-                                   options.nominal_length_sigma_mm));
+                                   options_.nominal_length_sigma_mm));
         Provenance& provenance = outcome.found.model.provenance;
         provenance.made_by = std::string("stria ") + kVersion;
         provenance.data_hash = hex(parts.solve_crc);
@@ -214,6 +215,7 @@ class CalibrateScannerVerb final : public Verb {
     int views_ = 15, check_ = 5, valid_days_ = 90;
     TemperatureOption temperature_;
     bool guided_ = false;
+    ScannerCalibrationOptions options_;
 };
 
 }  // namespace

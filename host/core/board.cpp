@@ -98,7 +98,30 @@ std::vector<Eigen::Vector3d> board_points(const Board& board) {
                                  : first + column * board.pitch_mm;
             points.emplace_back(x, first + row * board.pitch_mm, 0.0);
         }
+    if (!board.warp_mm.isZero()) {
+        const BoardRise rise(points);
+        for (Eigen::Vector3d& p : points) p.z() = rise.at(p.head<2>()).dot(board.warp_mm);
+    }
     return points;
+}
+
+Board with_warp(Board board, const Eigen::Vector2d& warp_mm) {
+    board.warp_mm = warp_mm;
+    return board;
+}
+
+BoardRise::BoardRise(const std::vector<Eigen::Vector3d>& points) {
+    Eigen::Vector2d low = points.front().head<2>(), high = low;
+    for (const Eigen::Vector3d& p : points) {
+        low = low.cwiseMin(p.head<2>());
+        high = high.cwiseMax(p.head<2>());
+    }
+    middle_ = 0.5 * (low + high);
+    half_ = 0.5 * (high - low);
+}
+
+Eigen::Vector2d BoardRise::at(const Eigen::Vector2d& on_board) const {
+    return 1 - (on_board - middle_).cwiseQuotient(half_).array().square();
 }
 
 Eigen::Vector2d pattern_size_mm(const Board& board) {

@@ -60,26 +60,28 @@ void compare_with_core() {
         point.pixel = {640 + 200 * unit(rng), 512 + 150 * unit(rng)};
 
         const Channel moved = moved_channel<kKind>(base, sheet, axis);
-        const double wanted =
-            distance_on_board(moved, some_pose(), point.pixel, axis_position(point, moved.axis));
+        const Eigen::Vector2d rise(0.7, 0.4), warp(unit(rng), unit(rng));
+        const double wanted = distance_on_board(moved, some_pose(), point.pixel,
+                                                axis_position(point, moved.axis), rise.dot(warp));
 
         const StripeCost<kKind> cost(&base.channels[0], std::make_shared<LightAt<kKind>>(), point,
-                                     1.0);
-        const double* blocks[] = {camera.data(), sheet, axis, pose.data()};
+                                     rise, 1.0);
+        const double* blocks[] = {camera.data(), sheet, axis, pose.data(), warp.data()};
         double residual = 0;
-        Eigen::VectorXd by[4] = {Eigen::VectorXd(12), Eigen::VectorXd(5), Eigen::VectorXd(kAxis),
-                                 Eigen::VectorXd(6)};
-        double* jacobians[] = {by[0].data(), by[1].data(), by[2].data(), by[3].data()};
+        Eigen::VectorXd by[5] = {Eigen::VectorXd(12), Eigen::VectorXd(5), Eigen::VectorXd(kAxis),
+                                 Eigen::VectorXd(6), Eigen::VectorXd(2)};
+        double* jacobians[] = {by[0].data(), by[1].data(), by[2].data(), by[3].data(),
+                               by[4].data()};
         ASSERT_TRUE(cost.Evaluate(blocks, &residual, jacobians));
         // mm, up to the side the normal points to; rounding at 500 mm
         EXPECT_NEAR(std::abs(residual), std::abs(wanted), 1e-9) << name_of(kKind);
 
-        const int sizes[] = {12, 5, kAxis, 6};
-        for (int b = 0; b < 4; ++b)
+        const int sizes[] = {12, 5, kAxis, 6, 2};
+        for (int b = 0; b < 5; ++b)
             for (int i = 0; i < sizes[b]; ++i) {
                 Eigen::VectorXd block = Eigen::Map<const Eigen::VectorXd>(blocks[b], sizes[b]);
                 const double h = b == 2 && i == kAxis - 1 ? 1e4 : 1e-6;  // ns; rad, mm, ...
-                const double* changed[] = {blocks[0], blocks[1], blocks[2], blocks[3]};
+                const double* changed[] = {blocks[0], blocks[1], blocks[2], blocks[3], blocks[4]};
                 changed[b] = block.data();
                 double after = 0, before = 0;
                 block[i] += h;
@@ -107,24 +109,27 @@ void compare_corners() {
         double sheet[kSheetSize] = {}, axis[kAxis];
         for (double& d : axis) d = 3e-3 * unit(rng);
         const double s = (kKind == MachineKind::rail ? 50 : 0.5) * unit(rng);
-        const Eigen::Vector3d point(60 + 30 * unit(rng), 60 + 30 * unit(rng), 0);
+        const BoardPoint point{{60 + 30 * unit(rng), 60 + 30 * unit(rng)}, {0.7, 0.4}};
+        const Eigen::Vector2d warp(unit(rng), unit(rng));
         const Channel moved = moved_channel<kKind>(base, sheet, axis);
-        const auto wanted = project(moved.camera, board_motion(moved, s) * some_pose() * point);
+        const auto wanted = project(
+            moved.camera, board_motion(moved, s) * some_pose() * point.bent_by(warp.data()));
         ASSERT_TRUE(wanted);
-        const ceres::AutoDiffCostFunction<CornerCost<kKind>, 2, kCameraSize, kAxis, kPoseSize> cost(
-            new CornerCost<kKind>{&base.channels[0], point, *wanted, s, 1.0});
-        const double* blocks[] = {camera.data(), axis, pose.data()};
+        const ceres::AutoDiffCostFunction<CornerCost<kKind>, 2, kCameraSize, kAxis, kPoseSize,
+                                          kWarpSize>
+            cost(new CornerCost<kKind>{&base.channels[0], point, *wanted, s, 1.0});
+        const double* blocks[] = {camera.data(), axis, pose.data(), warp.data()};
         double residual[2];
         using Rows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
-        Rows by[3] = {Rows(2, 12), Rows(2, kAxis), Rows(2, 6)};
-        double* jacobians[] = {by[0].data(), by[1].data(), by[2].data()};
+        Rows by[4] = {Rows(2, 12), Rows(2, kAxis), Rows(2, 6), Rows(2, 2)};
+        double* jacobians[] = {by[0].data(), by[1].data(), by[2].data(), by[3].data()};
         ASSERT_TRUE(cost.Evaluate(blocks, residual, jacobians));
         EXPECT_LT(std::hypot(residual[0], residual[1]), 1e-9);  // px, rounding
-        const int sizes[] = {12, kAxis, 6};
-        for (int b = 0; b < 3; ++b)
+        const int sizes[] = {12, kAxis, 6, 2};
+        for (int b = 0; b < 4; ++b)
             for (int i = 0; i < sizes[b]; ++i) {
                 Eigen::VectorXd block = Eigen::Map<const Eigen::VectorXd>(blocks[b], sizes[b]);
-                const double* changed[] = {blocks[0], blocks[1], blocks[2]};
+                const double* changed[] = {blocks[0], blocks[1], blocks[2], blocks[3]};
                 changed[b] = block.data();
                 const double h = 1e-6;
                 double after[2], before[2];

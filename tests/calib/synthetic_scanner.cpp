@@ -34,9 +34,19 @@ Travel travel(MachineKind kind, const SyntheticOptions& options) {
 }
 
 /// Distance from the sheet of the board point that a pixel sees.
-double distance(const Channel& channel, const Rigid3& pose, const Eigen::Vector2d& pixel,
-                double s) {
-    return distance_on_board(channel, pose, pixel, s);
+double distance(const Channel& channel, const Rigid3& pose, const Board& board,
+                const BoardRise& rise, const Eigen::Vector2d& pixel, double s) {
+    if (board.warp_mm.isZero()) return distance_on_board(channel, pose, pixel, s);
+    const Rigid3 at_s = board_motion(channel, s) * pose;
+    const Eigen::Vector3d ray = ray_through(channel.camera, pixel), n = at_s.rotation.col(2);
+    double height = 0;
+    Eigen::Vector3d seen;
+    for (int round = 0; round < 8; ++round) {  // each round is right to a hundredth of the last
+        seen = ray * ((n.dot(at_s.translation) + height) / n.dot(ray));
+        const Eigen::Vector3d p = at_s.rotation.transpose() * (seen - at_s.translation);
+        height = rise.at(p.head<2>()).dot(board.warp_mm);
+    }
+    return signed_distance(sheet_at(channel, s), seen);
 }
 
 /// Root of f in [low, high] by bisection and secants; empty without a change of sign.
@@ -108,11 +118,14 @@ PulseMap swept_pulses(const Channel& channel, const Rigid3& pose, const Board& b
     const int width = channel.camera.width / step, height = channel.camera.height / step;
     const Travel range = travel(MachineKind::swept, options);
     PulseMap map = empty_map(StripeMode::spacetime, width, height);
+    const BoardRise rise(board_points(board));
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const Eigen::Vector2d pixel(step * x + step / 2, step * y + step / 2);
             if (on_board(channel, pose, board, pixel)) {
-                const auto f = [&](double s) { return distance(channel, pose, pixel, s); };
+                const auto f = [&](double s) {
+                    return distance(channel, pose, board, rise, pixel, s);
+                };
                 if (const auto s = root(f, range.from, range.to)) {
                     const double px_per_rad = std::abs(f(*s + 1e-5) - f(*s - 1e-5)) / 2e-5 /
                                               (kRangeMm / channel.camera.fx);
@@ -140,11 +153,14 @@ PulseMap peak_pulses(const Channel& channel, const Rigid3& pose, const Board& bo
     const int frames = options.frames, step = options.pixel_step;
     const int rows = channel.camera.height / step;
     PulseMap map = empty_map(StripeMode::spatial, frames, rows);
+    const BoardRise rise(board_points(board));
     for (int row = 0; row < rows; ++row)
         for (int k = 0; k < frames; ++k) {
             const double s = range.from + (range.to - range.from) * k / (frames - 1);
             const double v = step * row + step / 2;
-            const auto f = [&](double u) { return distance(channel, pose, {u, v}, s); };
+            const auto f = [&](double u) {
+                return distance(channel, pose, board, rise, {u, v}, s);
+            };
             const auto u = root(f, 0, channel.camera.width - 1);
             if (u && on_board(channel, board_motion(channel, s) * pose, board, {*u, v})) {
                 Pulse pulse = pulse_at(channel, {*u + noise(rng), v}, s, speed);

@@ -88,10 +88,11 @@ TEST_F(CalibrateScanner, GuidesChecksCertifiesAndScanReadsIt) {
     EXPECT_EQ(certificate->data_hash, read_scanner(out).provenance.data_hash);
 
     EXPECT_EQ(run_stria(arguments({"--views", "9"})).code, 1);  // it is there already
-    const Ended again = run_stria(arguments({"--views", "9", "--force"}));
+    const Ended again = run_stria(arguments({"--views", "9", "--force", "--board-warp"}));
     std::cout << again.out << again.err << std::endl;
     EXPECT_EQ(again.code, 0) << again.err;
     EXPECT_TRUE(has(again.out, "points moved by")) << again.out;
+    EXPECT_TRUE(has(again.out, "the board bulges by")) << again.out;
     EXPECT_TRUE(has(again.out, "certificate: unchecked")) << again.out;  // 9 views: none to spare
 
     const Ended scan =

@@ -64,10 +64,9 @@ struct CrossValidation {
 /// It cannot see: errors that the fit takes up without a trace (a wrong square size, axis constants
 /// wrong by a common factor, anything that a rigid motion undoes); errors that change sign from one
 /// corner to the next; a drift between calibration and scan; what lies where no view was. Sigmas
-/// must hold and noise must be independent from corner to corner: pictures sharpened or denoised by
-/// a camera's firmware raise the alarm too.
-/// Source: mrcal's cross-validation (two independent sets, diff against uncertainty); Moran 1950
-/// for the correlation of neighbours.
+/// must hold. Pictures sharpened or denoised by a camera's firmware make corners alike, which
+/// raises the alarm too; the halves allow for it. Source: mrcal's cross-validation (two independent
+/// sets, diff against uncertainty); Moran 1950 for the correlation of neighbours.
 CrossValidation cross_validate(const std::vector<CornerView>& views, const Board& board,
                                const ScannerCalibration& solved, int stripe_points_per_view = 250);
 

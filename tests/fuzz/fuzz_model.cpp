@@ -1,10 +1,14 @@
-// Text that describes a camera, a scanner, a plan or poses; the first byte says which.
+// Text that describes a camera, a scanner, its certificate, a plan, poses, an artefact or a scan;
+// the first byte says which.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
 
+#include "host/cli/artefact_toml.h"
+#include "host/cli/scan_notes.h"
 #include "host/core/errors.h"
+#include "host/io/certificate.h"
 #include "host/io/model_io.h"
 
 namespace {
@@ -13,6 +17,12 @@ namespace {
 void check_scanner(const stria::ScannerModel& model) {
     const std::string written = stria::format_scanner(model);
     if (stria::format_scanner(stria::parse_scanner(written, "again")) != written) std::abort();
+}
+
+void check_notes(const stria::ScanNotes& notes) {
+    const std::string written = stria::format_scan_notes(notes);
+    if (stria::format_scan_notes(stria::parse_scan_notes(written, "again")) != written)
+        std::abort();
 }
 
 }  // namespace
@@ -27,6 +37,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 break;
             case 's':
                 check_scanner(stria::parse_scanner(text, "scanner.toml"));
+                break;
+            case 'k':
+                (void)stria::parse_certificate(text, "scanner.toml");
+                break;
+            case 'a':
+                (void)stria::parse_artefact(text, "artefact.toml",
+                                            {"sphere", "bar", "beam", "plane", "travel"});
+                break;
+            case 'n':
+                check_notes(stria::parse_scan_notes(text, "scan.toml"));
                 break;
             case 'l':
                 (void)stria::parse_plan(text, "plan.toml");

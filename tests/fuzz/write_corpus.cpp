@@ -6,6 +6,8 @@
 #include <string>
 
 #include "firmware/core/scan_plan.h"
+#include "host/cli/scan_notes.h"
+#include "host/io/certificate.h"
 #include "host/io/image_io.h"
 #include "host/io/mesh_formats.h"
 #include "host/io/model_io.h"
@@ -47,6 +49,22 @@ void write_models(const std::filesystem::path& folder) {
     channel.camera = camera;
     scanner.channels.push_back(channel);
     write_seed(folder / "scanner", "s" + format_scanner(scanner));
+    Certificate certificate;
+    certificate.temperature_c = 21;
+    write_seed(folder / "certificate", "k" + format_certificate(certificate));
+    write_seed(folder / "sphere_artefact",
+               "akind = \"sphere\"\ndiameter_mm = 30\ndiameter_u_mm = 0.001\n"
+               "[temperature]\nmeasured_c = 22\nmeasured_u_c = 1\ncte_per_k = 1e-5\n"
+               "cte_u_per_k = 1e-6\n[mpe]\nsize_mm = 0.1\n");
+    write_seed(folder / "beam_artefact",
+               "akind = \"beam\"\ndiameters_mm = [20, 20, 20]\ndiameters_u_mm = [0, 0, 0]\n"
+               "lengths_mm = [50, 100]\nlengths_u_mm = [0, 0]\n");
+    ScanNotes notes;
+    notes.temperature_c = 21;
+    write_seed(folder / "scan", "n" + format_scan_notes(notes));
+    notes.check = ShapeCheck{"plane", shape_figures("plane"), Eigen::Matrix3d::Identity(),
+                             Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero()};
+    write_seed(folder / "checked_scan", "n" + format_scan_notes(notes));
     ScanPlan plan;
     plan.to = 0.5;
     plan.step = 0.001;

@@ -131,8 +131,9 @@ void summarise(ScannerProblem& problem, const std::vector<std::size_t>& source,
     result.corner_sigma_px = problem.corner_sigma_px;
     result.board_warp_mm = {problem.warp[0], problem.warp[1]};
     result.board_warp_sigma_mm = problem.warp_sigma_mm;
-    result.corner_noise =
-        noise.refutes_independence() ? noise : CornerNoise{result.corner_sigma_px};
+    // No less than the joint problem's residuals, which hold what camera and axis do not agree on.
+    result.corner_noise = noise.refutes_independence() ? noise : CornerNoise{};
+    result.corner_noise.sigma_px = std::max(result.corner_noise.sigma_px, result.corner_sigma_px);
     result.stripe_sigma_factor = problem.stripe_sigma_factor;
     if (result.corner_noise.shared > 0)
         widen(result.model, problem, with_warp(board, result.board_warp_mm), result.corner_noise);

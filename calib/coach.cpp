@@ -46,8 +46,8 @@ Coach::Coach(const Board& board, const ScannerModel& drawing, const CoachOptions
     follow(drawing);
 }
 
-void Coach::follow(const ScannerModel& better) {
-    model_ = better;
+void Coach::follow(const ScannerModel& model) {
+    model_ = model;
     const auto samples = field_samples(model_.channels.front(), options_.plan.sweep_from,
                                        options_.plan.sweep_to, options_.near_mm, options_.far_mm);
     if (samples.size() < 4)

@@ -47,8 +47,6 @@ class Coach {
     /// Never proposes that placement again: a view there showed no usable board or stripe, or is
     /// kept from the solve to check it.
     void avoid(const Rigid3& camera_from_board);
-    /// Linearises about a better model from now on; views taken keep what they brought.
-    void follow(const ScannerModel& better);
 
     double sigma_mm() const;
     CoachAdvice advise() const;
@@ -64,6 +62,8 @@ class Coach {
         Eigen::MatrixXd information;  ///< about the modes
     };
     std::vector<Rigid3> library() const;
+    /// Linearises about a model from now on.
+    void follow(const ScannerModel& model);
     ViewData data_of(const CornerView& view) const;
     bool is_avoided(const Rigid3& pose) const;
     std::string weakest() const;

@@ -122,8 +122,8 @@ class CalibrateScannerVerb final : public Verb {
 
     void gather(const Context& context, const Board& board, GatheredViews& gathered) const {
         const bool files = std::filesystem::is_regular_file(sources_.front());
-        if (files && (!plan_.empty() || guided_))
-            throw Error("--plan and --guided belong to a device; " + sources_.front() +
+        if (files && (!plan_.empty() || guided_ || views_ != kUsualViews))
+            throw Error("--plan, --views and --guided belong to a device; " + sources_.front() +
                         " is a recording");
         if (files) return from_recordings(context, board, gathered);
         if (sources_.size() != 1)
@@ -212,7 +212,8 @@ class CalibrateScannerVerb final : public Verb {
 
     std::vector<std::string> sources_;
     std::string board_, out_, nominal_, plan_, lens_ = "nominal";
-    int views_ = 15, check_ = 5, valid_days_ = 90;
+    static constexpr int kUsualViews = 15;
+    int views_ = kUsualViews, check_ = 5, valid_days_ = 90;
     TemperatureOption temperature_;
     bool guided_ = false;
     ScannerCalibrationOptions options_;

@@ -17,9 +17,10 @@ class DriftCheck {
     /// Reads the artefact; before the scan, so that nothing is scanned for a wrong file. Throws
     /// stria::Error and FileError.
     void read();
-    /// Measures the artefact, says what came of it, and adds `check` to the result. Compared is
-    /// with the reference, if it is of this artefact and calibration, else with the artefact's
-    /// certificate. With --check-as-reference the scan becomes the reference.
+    /// Measures the artefact (its surface's edges left out), says what came of it, and adds `check`
+    /// to the result. Drift is judged by the reference, if it is of this artefact and calibration;
+    /// else how far the artefact is off its certificate is said, and no more. With
+    /// --check-as-reference the scan becomes the reference.
     /// @param notes           model_hash filled in; receives the check
     /// @param reference_path  check.toml
     void run(const Context& context, const RangeImage& image, const std::string& reference_path,

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -102,6 +103,7 @@ TEST_F(CheckedScan, TellsAKnockFromWhatTheCalibrationExpects) {
     EXPECT_TRUE(has(first.out, "diameter of the sphere off by")) << first.out;
     EXPECT_TRUE(has(first.out, "from the artefact's certificate")) << first.out;
     EXPECT_FALSE(has(first.out, "2 sigma")) << first.out;
+    EXPECT_FALSE(has(first.out, "not judged")) << first.out;
     const ScanNotes notes = read_scan_notes(folder_ / "part/scans/0001/scan.toml");
     EXPECT_EQ(notes.temperature_c, 21);
     ASSERT_TRUE(notes.check);
@@ -119,6 +121,13 @@ TEST_F(CheckedScan, TellsAKnockFromWhatTheCalibrationExpects) {
     EXPECT_TRUE(has(knocked.err, "by more than 2 sigma")) << knocked.err;
     EXPECT_TRUE(has(knocked.out, "\"drifted\": true")) << knocked.out;
     EXPECT_TRUE(has(knocked.out, "\"against\": \"reference\"")) << knocked.out;
+
+    std::filesystem::remove(folder_ / "part/check.toml");
+    const Ended alone = scan("knocked.toml", {"--check", ball, "--json"});
+    EXPECT_EQ(alone.code, 0) << alone.err;
+    EXPECT_TRUE(has(alone.err, "drift is not judged")) << alone.err;
+    EXPECT_FALSE(has(alone.err, "2 sigma")) << alone.err;
+    EXPECT_FALSE(has(alone.out, "drifted")) << alone.out;
 }
 
 TEST_F(CheckedScan, RefusesBeforeItScans) {

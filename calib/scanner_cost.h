@@ -187,6 +187,18 @@ Vec3<T> moved_by_axis(const AxisModel& base, const T* delta, const T& s, const V
     }
 }
 
+inline constexpr int kWarpSize = 2;  ///< Board::warp_mm
+
+/// A point of the board and how it rises with the warp, see BoardRise.
+struct BoardPoint {
+    Eigen::Vector2d on_board, rise;
+
+    template <typename T>
+    Vec3<T> bent_by(const T* warp) const {
+        return Vec3<T>(T(on_board.x()), T(on_board.y()), warp[0] * rise.x() + warp[1] * rise.y());
+    }
+};
+
 /// Point (camera frame) where the ray meets the board, whose pose is that at s = 0, and whose
 /// surface there is `height` (mm) above its plane.
 template <MachineKind kKind, typename T>

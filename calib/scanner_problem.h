@@ -6,7 +6,6 @@
 
 #include "calib/scanner_calibration.h"
 #include "calib/scanner_cost.h"
-#include "calib/scanner_residuals.h"
 #include "calib/stripe_points.h"
 #include "calib/valley_solve.h"
 

@@ -13,18 +13,6 @@
 /// For calib's own .cpp files only: the residuals of the scanner's joint problem as Ceres functors.
 namespace stria {
 
-inline constexpr int kWarpSize = 2;  ///< Board::warp_mm
-
-/// A point of the board and how it rises with the warp, see BoardRise.
-struct BoardPoint {
-    Eigen::Vector2d on_board, rise;
-
-    template <typename T>
-    Vec3<T> bent_by(const T* warp) const {
-        return Vec3<T>(T(on_board.x()), T(on_board.y()), warp[0] * rise.x() + warp[1] * rise.y());
-    }
-};
-
 /// Corner of the board seen at s, whitened.
 template <MachineKind kKind>
 struct CornerCost {
